@@ -52,6 +52,7 @@ mod rapid;
 mod rewrite;
 mod settings;
 mod span;
+mod spindle_names;
 mod standing;
 mod text;
 mod tool_axis;

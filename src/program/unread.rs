@@ -1,6 +1,7 @@
 //! What of a text a reader has not read. Signals and procedures that set the spindle or the tool by
 //! the job's word, where the program names them and the reader has made nothing of it: triggers,
-//! interrupts, branches that only the run decides. Moves behind the end of the program.
+//! interrupts, branches that only the run decides. Moves behind the end of the program or of a
+//! routine. Blocks that may be skipped.
 
 use std::collections::HashSet;
 
@@ -39,6 +40,20 @@ pub(super) fn setters(text: &str, dialect: Dialect, settings: &Settings, log: &m
 pub(super) fn behind_end(log: &mut Log, line: usize) {
     let what = "moves stand here, behind the end of the program, and nothing calls them: \
                 they are not read";
+    log.warning(Code::MotionLeftOut, line, what);
+}
+
+/// Warns of blocks that the operator may have skipped, the first at this line.
+pub(super) fn read_as_run(log: &mut Log, line: usize) {
+    let what = "blocks with '/' are read as if they ran: with block skip on the program is \
+                another, which is not looked at";
+    log.warning(Code::MotionLeftOut, line, what);
+}
+
+/// Warns of moves at a line behind a statement that ends the routine or the program there in any
+/// case.
+pub(super) fn behind(log: &mut Log, line: usize, end: &str) {
+    let what = format!("moves stand here, behind {end}: they are not read");
     log.warning(Code::MotionLeftOut, line, what);
 }
 

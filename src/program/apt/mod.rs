@@ -155,8 +155,11 @@ impl<'a> Reader<'a> {
         let minor = statement.minor();
         let minor = minor.as_slice();
         match major {
-            "INSERT" => {
-                let what = "INSERT goes to the machine as it is and is not read";
+            "SELECT" if minor.first().and_then(name).is_some_and(|it| lexer::is(it, "TOOL")) => {
+                Ok(())
+            }
+            "INSERT" | "SELECT" | "PPFUN" | "PREFUN" | "THREAD" => {
+                let what = format!("{major} goes to the machine as it is and is not read");
                 self.cutter.log.warning(Code::MotionLeftOut, line, what);
                 Ok(())
             }

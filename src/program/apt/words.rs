@@ -1,7 +1,7 @@
 //! Which words of APT are for the machine beside the tool's way, and which move.
 
 /// Words without motion of their own and without effect on later motion.
-pub(super) const WITHOUT_MOTION: [&str; 83] = [
+pub(super) const WITHOUT_MOTION: [&str; 79] = [
     "PARTNO",
     "PPRINT",
     "REMARK",
@@ -20,7 +20,6 @@ pub(super) const WITHOUT_MOTION: [&str; 83] = [
     "MODE",
     "PLABEL",
     "SEQNO",
-    "PREFUN",
     "CLEARP",
     "TMARK",
     "LIMIT",
@@ -38,7 +37,6 @@ pub(super) const WITHOUT_MOTION: [&str; 83] = [
     "LEADER",
     "REWIND",
     "CLDIST",
-    "THREAD",
     "TOOLNO",
     "AUTOPS",
     "PSIS",
@@ -47,7 +45,6 @@ pub(super) const WITHOUT_MOTION: [&str; 83] = [
     "PROGRAM",
     "SWITCH",
     "CLRSRF",
-    "SELECT",
     "BREAK",
     "CHECK",
     "CLW",
@@ -71,7 +68,6 @@ pub(super) const WITHOUT_MOTION: [&str; 83] = [
     "PBS",
     "PIERCE",
     "POSTN",
-    "PPFUN",
     "PRINT",
     "PROBE",
     "STOCK",

@@ -3,8 +3,9 @@
 use nalgebra::Isometry3;
 
 use super::motion::{pose, six};
-use super::registers::{POSE, register};
+use super::registers::{JOINTS, POSE, register};
 use super::run::Run;
+use super::text::Group;
 use crate::notes::Code;
 
 impl Run<'_> {
@@ -38,6 +39,27 @@ impl Run<'_> {
             self.log.warning(Code::FrameFromProgram, line, what);
         }
         self.frames.insert((list, number), pose(known));
+        Ok(())
+    }
+
+    /// Whether a taught point is of the frames that the program has chosen: the controller stops
+    /// where it is of others.
+    pub(super) fn frames_agree(&self, text: &str, group: &Group) -> Result<(), String> {
+        let Some((number, _)) = register(text, "P") else { return Ok(()) };
+        // Joints need no frame.
+        let frame = group.frame.filter(|_| !group.parts.contains_key(JOINTS[0]));
+        for (short, of_point, long, chosen) in
+            [("UF", frame, "UFRAME_NUM", self.frame), ("UT", group.tool, "UTOOL_NUM", self.tool)]
+        {
+            if let (Some(own), Some(chosen)) = (of_point, chosen)
+                && own != chosen
+            {
+                return Err(format!(
+                    "P[{number}] has {short} : {own}, and {long} is {chosen} here: the controller \
+                     stops with an alarm"
+                ));
+            }
+        }
         Ok(())
     }
 

@@ -8,6 +8,7 @@
 //! start of the path; a J that asks for another one by CONFIG is an error.
 
 mod frames;
+mod hints;
 mod motion;
 mod registers;
 mod run;
@@ -28,5 +29,7 @@ pub(super) fn read(source: &str, settings: &Settings, log: &mut Log) {
         log.error(Code::Syntax, source.lines.max(1), what);
         return;
     }
-    run::Run::new(&source, settings, log).run();
+    let mut run = run::Run::new(&source, settings, log);
+    run.given_on = hints::given_on(&source, settings);
+    run.run();
 }

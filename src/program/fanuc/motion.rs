@@ -42,6 +42,7 @@ impl Run<'_> {
         let mut last = None;
         for _ in 0..count {
             let (group, behind) = self.place(rest)?;
+            self.frames_agree(rest, &group)?;
             let (place, tool) = self.resolve(statement.line, &group)?;
             self.keep_config(statement.line, kind, &group)?;
             tcp = Some(tool);
@@ -206,7 +207,7 @@ impl Run<'_> {
     }
 
     fn resolve(&mut self, line: usize, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
-        let tool = group.tool.unwrap_or(self.tool);
+        let tool = group.tool.or(self.tool).unwrap_or(0);
         let own = self.own_frame("UTOOL", tool);
         let tcp = own.map_or_else(|| tool_frame(self.settings, f64::from(tool), "UTOOL"), Ok)?;
         self.log.tcp_of(of_job_tcp(self.settings, tool).filter(|_| own.is_none()));

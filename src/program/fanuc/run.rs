@@ -1,6 +1,6 @@
 //! Statements of TP programs in the order in which the controller would run them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
@@ -92,7 +92,7 @@ pub(super) struct Run<'a> {
     pub(super) registers: Registers<'a>,
     /// `None` where the program has not said.
     pub(super) frame: Option<u32>,
-    pub(super) tool: u32,
+    pub(super) tool: Option<u32>,
     /// Frames that the program has set, by list, `UFRAME` or `UTOOL`, and number.
     pub(super) frames: HashMap<(&'static str, u32), Isometry3<f64>>,
     /// The payload schedule that holds.
@@ -102,10 +102,12 @@ pub(super) struct Run<'a> {
     /// OVERRIDE as a share.
     pub(super) over: f64,
     pub(super) external: External,
-    next: usize,
+    pub(super) next: usize,
     budget: usize,
     /// FOR loops: statement, register, last value, step.
     loops: Vec<(usize, i64, f64, f64)>,
+    /// Registers that the program gives to what the job reads the spindle or the tool from.
+    pub(super) given_on: HashSet<i64>,
 }
 
 impl<'a> Run<'a> {
@@ -117,7 +119,7 @@ impl<'a> Run<'a> {
             log,
             registers: Registers::new(settings),
             frame: None,
-            tool: 0,
+            tool: None,
             frames: HashMap::new(),
             payload: None,
             config: None,
@@ -126,6 +128,7 @@ impl<'a> Run<'a> {
             next: 0,
             budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             loops: Vec::new(),
+            given_on: HashSet::new(),
         }
     }
 
@@ -142,7 +145,7 @@ impl<'a> Run<'a> {
             self.budget -= 1;
             self.next += 1;
             match self.statement(statement) {
-                Ok(true) => return,
+                Ok(true) => return self.doubt_behind(statement),
                 Ok(false) => {}
                 Err(why) => self.log.error(Code::Motion, statement.line, why),
             }
@@ -169,8 +172,14 @@ impl<'a> Run<'a> {
         let keyword = text.split([' ', '[', '(', '=', ',']).next().unwrap_or("");
         match keyword {
             "END" | "ABORT" => return Ok(true),
-            "UFRAME_NUM" => self.frame = Some(self.number_behind(text)?),
-            "UTOOL_NUM" => self.tool = self.number_behind(text)?,
+            "UFRAME_NUM" => {
+                self.frame = None;
+                self.frame = Some(self.number_behind(text)?);
+            }
+            "UTOOL_NUM" => {
+                self.tool = None;
+                self.tool = Some(self.number_behind(text)?);
+            }
             "OVERRIDE" => self.set_override(text)?,
             "R" => self.assign(line, text, statement)?,
             "PR" => self.assign_position(text)?,
@@ -240,7 +249,10 @@ impl<'a> Run<'a> {
         let Some((name, value)) = assignment(text) else { return false };
         let given = self.given(value, statement);
         let sets = set_by_name(self.settings, self.log, statement.line, &signal_key(name), given);
-        if SIGNALS.iter().any(|start| name.starts_with(start)) {
+        if is_signal(name) {
+            if !sets {
+                self.doubt_signal(statement.line, name, value);
+            }
             self.registers.set_signal(name, value);
         }
         sets
@@ -296,7 +308,9 @@ impl<'a> Run<'a> {
         let value_text = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
         let given = self.given(value_text, statement);
         let name = format!("r[{number}]");
-        set_by_name(self.settings, self.log, line, &name, given.clone());
+        if !set_by_name(self.settings, self.log, line, &name, given.clone()) {
+            self.doubt_register(line, number, text);
+        }
         self.registers.set(number, given.0);
         Ok(())
     }
@@ -364,6 +378,7 @@ impl<'a> Run<'a> {
         if set_by_call(self.settings, self.log, line, &name.to_lowercase(), &given) {
             return;
         }
+        self.doubt_name(line, name);
         let what = format!("CALL {name}: not in this file; if it moves, its motion is not read");
         self.log.warning(Code::MotionLeftOut, line, what);
     }
@@ -423,19 +438,25 @@ impl<'a> Run<'a> {
             self.registers.set_position(number, Err(unknown));
             return true;
         }
-        let Some((name, _)) = assignment(text) else { return false };
-        let key = match register(text, "R") {
-            Some((number, _)) => {
+        let Some((name, value)) = assignment(text) else { return false };
+        let number = register(text, "R").map(|(number, _)| number);
+        let key = match number {
+            Some(number) => {
                 self.registers.set(number, Err(why.to_owned()));
                 format!("r[{number}]")
             }
-            None if SIGNALS.iter().any(|start| name.starts_with(start)) => {
+            None if is_signal(name) => {
                 self.registers.forget_signal(name);
                 signal_key(name)
             }
             None => return false,
         };
-        set_by_name(self.settings, self.log, line, &key, (Err(why.to_owned()), None));
+        let given = (Err(why.to_owned()), None);
+        match (set_by_name(self.settings, self.log, line, &key, given), number) {
+            (true, _) => {}
+            (false, Some(number)) => self.doubt_register(line, number, text),
+            (false, None) => self.doubt_signal(line, name, value),
+        }
         true
     }
 
@@ -505,6 +526,10 @@ impl<'a> Run<'a> {
     }
 }
 
+fn is_signal(name: &str) -> bool {
+    SIGNALS.iter().any(|start| name.starts_with(start))
+}
+
 /// Whether a statement neither moves nor changes anything that is read here.
 fn is_harmless(text: &str) -> bool {
     HARMLESS
@@ -513,7 +538,7 @@ fn is_harmless(text: &str) -> bool {
 }
 
 /// The name and the value of `AO[1:a=b] = 5`: a comment in the brackets may hold the sign, too.
-fn assignment(text: &str) -> Option<(&str, &str)> {
+pub(super) fn assignment(text: &str) -> Option<(&str, &str)> {
     let at = ["]=", "] ="].into_iter().filter_map(|sign| text.find(sign)).min();
     let at = at.map_or(0, |at| at + 1);
     let (name, value) = text.split_at_checked(at)?;
@@ -522,7 +547,7 @@ fn assignment(text: &str) -> Option<(&str, &str)> {
 }
 
 /// `AO[1:spindle]` as a job names it: `ao[1]`.
-fn signal_key(name: &str) -> String {
+pub(super) fn signal_key(name: &str) -> String {
     let (number, _) =
         name.trim().trim_end_matches(']').split_once(':').unwrap_or((name.trim(), ""));
     let key = number.trim_end().to_lowercase();

@@ -25,7 +25,7 @@ mod state;
 
 use super::Settings;
 use super::log::Log;
-use super::unread::behind_end;
+use super::unread::{behind_end, read_as_run};
 use crate::notes::Code;
 use block::Block;
 use expression::{Key, Parameters};
@@ -44,9 +44,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
         let (offset, content) = lines[index];
         let line = index + 1;
         if content.trim_start().starts_with('/') {
-            let what = "blocks with '/' are read as if they ran: with block skip on the program is \
-                        another, which is not looked at";
-            machine.cutter.log.warning(Code::MotionLeftOut, line, what);
+            read_as_run(machine.cutter.log, line);
         }
         match flow.control(content, index) {
             Ok(true) => continue,

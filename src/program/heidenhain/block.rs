@@ -1,4 +1,4 @@
-//! A block of Heidenhain's conversational language → its words.
+//! Heidenhain's conversational language → its blocks, and their words.
 
 use crate::program::span::Span;
 
@@ -50,6 +50,60 @@ impl<'t> Block<'t> {
     pub(super) fn all<'b>(&'b self, name: &'b str) -> impl Iterator<Item = f64> + 'b {
         self.words.iter().filter(move |word| word.name == name).filter_map(|word| word.value)
     }
+}
+
+/// A block, its continued lines (`~`) joined.
+pub(super) struct Text<'t> {
+    pub(super) line: usize,
+    /// It begins with `/`.
+    pub(super) may_be_skipped: bool,
+    pub(super) parts: Vec<(usize, &'t str)>,
+}
+
+/// A block without its number and its comment.
+pub(super) fn content(line: &str) -> &str {
+    let line = line.split(';').next().unwrap_or("").trim();
+    line.get(head(line).0..).unwrap_or("").trim()
+}
+
+/// How long the number of a block is, with the `/` before or behind it of one that may be skipped;
+/// and whether it has one.
+fn head(line: &str) -> (usize, bool) {
+    let rest = behind_number(line);
+    match rest.trim_start().strip_prefix('/') {
+        Some(behind) => (line.len() - behind_number(behind).len(), true),
+        None => (line.len() - rest.len(), false),
+    }
+}
+
+fn behind_number(text: &str) -> &str {
+    text.trim_start().trim_start_matches(|c: char| c.is_ascii_digit())
+}
+
+/// Blocks with their lines; `~` at the end of a line continues it.
+pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
+    let mut found: Vec<Text<'_>> = Vec::new();
+    let mut offset = 0;
+    let mut continues = false;
+    for (index, whole) in text.split_inclusive('\n').enumerate() {
+        let start = offset;
+        offset += whole.len();
+        let line = whole.trim_end();
+        let code = line.split(';').next().unwrap_or("").trim_end();
+        let body = code.strip_suffix('~').unwrap_or(code);
+        let blank = body.len() - body.trim_start().len();
+        let (skip, may_be_skipped) = if continues { (blank, false) } else { head(body) };
+        let part = (start + skip, body.get(skip..).unwrap_or(""));
+        match found.last_mut().filter(|_| continues) {
+            Some(open) => open.parts.push(part),
+            // `* - …` divides the program for people.
+            None if part.1.trim().is_empty() || part.1.trim_start().starts_with('*') => {}
+            None => found.push(Text { line: index + 1, may_be_skipped, parts: vec![part] }),
+        }
+        // Comments of cycles' lines stand before the next.
+        continues = code.ends_with('~') || (continues && line.contains('~'));
+    }
+    found
 }
 
 /// The words of a text that begins at `offset` of the program's. Decimal commas are points.

@@ -15,11 +15,11 @@ use super::arc::{Arc, Centre, Plane};
 use super::cutter::{Cutter, Feed, FeedKind, Hole};
 use super::log::{Log, States};
 use super::span::Span;
-use super::unread::{behind_end, left_over};
+use super::unread::{behind_end, left_over, read_as_run};
 use super::{Pace, Settings};
 use crate::notes::Code;
 use crate::units::{m_per_s_from_mm_per_min, mm_from_inch, rad_from_deg};
-use block::{Block, Word, parse};
+use block::{Block, Text, Word, blocks, content, parse};
 
 /// This feed in a Q parameter stands for FMAX.
 const FMAX_MM_PER_MIN: f64 = 99_999.0;
@@ -37,6 +37,9 @@ const MAX_CALLS: usize = 10;
 /// Reads a program into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut reader = Reader::new(text, settings, log);
+    if let Some(block) = reader.blocks.iter().find(|block| block.may_be_skipped) {
+        read_as_run(reader.cutter.log, block.line);
+    }
     reader.run();
     let last = reader.blocks.last().map_or(1, |block| block.line);
     if !reader.has_end {
@@ -61,12 +64,6 @@ struct Cycle {
     number: f64,
     line: usize,
     values: HashMap<String, (f64, Option<Span>)>,
-}
-
-/// A block, its continued lines (`~`) joined.
-struct Text<'t> {
-    line: usize,
-    parts: Vec<(usize, &'t str)>,
 }
 
 struct Reader<'a, 't> {
@@ -646,37 +643,4 @@ fn pecks(depth: f64, step: f64, less: f64, least: f64) -> Vec<f64> {
     }
     depths.push(depth);
     depths
-}
-
-/// A block without its number and its comment.
-fn content(line: &str) -> &str {
-    let line = line.split(';').next().unwrap_or("").trim();
-    line.trim_start_matches(|c: char| c.is_ascii_digit()).trim()
-}
-
-/// Blocks with their lines; `~` at the end of a line continues it.
-fn blocks(text: &str) -> Vec<Text<'_>> {
-    let mut found: Vec<Text<'_>> = Vec::new();
-    let mut offset = 0;
-    let mut continues = false;
-    for (index, whole) in text.split_inclusive('\n').enumerate() {
-        let start = offset;
-        offset += whole.len();
-        let line = whole.trim_end();
-        let code = line.split(';').next().unwrap_or("").trim_end();
-        let body = code.strip_suffix('~').unwrap_or(code);
-        let trimmed = body.trim_start();
-        let number = trimmed.bytes().take_while(u8::is_ascii_digit).count();
-        let skip = body.len() - trimmed.len() + if continues { 0 } else { number };
-        let part = (start + skip, body.get(skip..).unwrap_or(""));
-        match found.last_mut().filter(|_| continues) {
-            Some(open) => open.parts.push(part),
-            // `* - …` divides the program for people.
-            None if part.1.trim().is_empty() || part.1.trim_start().starts_with('*') => {}
-            None => found.push(Text { line: index + 1, parts: vec![part] }),
-        }
-        // Comments of cycles' lines stand before the next.
-        continues = code.ends_with('~') || (continues && line.contains('~'));
-    }
-    found
 }

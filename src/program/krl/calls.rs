@@ -6,6 +6,7 @@ use super::value::{Value, is_position};
 use super::words::{is_harmless, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::{Given, set_by_call};
+use crate::program::spindle_names::is_read_from;
 
 /// Of an expression that calls a function: it needs more of the stack than a statement.
 const DEPTH: usize = 3;
@@ -17,7 +18,12 @@ impl<'a> Run<'a> {
         let sets = set_by_call(self.settings, self.log, line, name, &numbers);
         let (routines, functions) = (&self.file.routines, &self.file.functions);
         if let Some(routine) = routines.get(name).or_else(|| functions.get(name)) {
-            return self.run_routine(routine, args, values);
+            self.doubt_routine(line, name, routine);
+            let is_read = self.is_command_read || is_read_from(self.settings, name);
+            let outside = std::mem::replace(&mut self.is_command_read, is_read);
+            let flow = self.run_routine(routine, args, values);
+            self.is_command_read = outside;
+            return flow;
         }
         if name == "bas" {
             if let Err(why) = self.bas(line, values) {
@@ -27,6 +33,9 @@ impl<'a> Run<'a> {
         }
         if name == "pulse" {
             self.pulse(args);
+        }
+        if !sets {
+            self.doubt_call(line, name, args);
         }
         if sets || is_harmless(name) {
             return Flow::Next;

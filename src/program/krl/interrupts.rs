@@ -59,6 +59,7 @@ impl<'a> Run<'a> {
             self.log.warning(Code::MotionLeftOut, line, what);
         }
         for path in unread.sets {
+            self.doubt_set(line, path);
             let what = format!("'{}' is set by {by}: known only at run time", path.name);
             self.forget(path, &what);
         }
@@ -156,7 +157,7 @@ impl<'a> Run<'a> {
 }
 
 /// The key of an element by its number, else of its list.
-fn fixed_key(path: &Path) -> String {
+pub(super) fn fixed_key(path: &Path) -> String {
     let mut key = path.name.clone();
     for index in &path.indices {
         let Expr::Number(number, ..) = index else { return path.name.clone() };

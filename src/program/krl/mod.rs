@@ -8,6 +8,7 @@
 
 mod calls;
 mod eval;
+mod hints;
 mod interrupts;
 mod lexer;
 mod moves;
@@ -47,7 +48,9 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     match entry(&file, settings) {
         Ok(routine) => {
             let comments = Comments::of(text, ';', settings);
-            Run::new(&file, settings, comments, log).run(routine);
+            let mut run = Run::new(&file, settings, comments, log);
+            run.given_on = hints::given_on(&file, settings);
+            run.run(routine);
         }
         Err(what) => log.error(Code::Reference, 1, what),
     }

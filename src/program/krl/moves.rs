@@ -25,6 +25,7 @@ impl<'a> Run<'a> {
         if self.sets_signal(line, &key, &value) || self.set_numbered(line, path, expr) {
             return;
         }
+        self.doubt_assignment(line, path, expr);
         match self.set_motion(line, path, &value) {
             Ok(true) => {}
             // Last by the program or by what the run decides.

@@ -266,6 +266,13 @@ impl Parser {
             "resume" | "brake" => Err(format!("{}: is not supported", first.to_uppercase())),
             // What it sets is not known behind it.
             "pulse" => cursor.other(),
+            "anout" => {
+                let names = tokens.iter().skip(1).filter_map(|token| match token {
+                    Kind::Word(word) => Some(Some(Expr::of_name(word))),
+                    _ => None,
+                });
+                Ok(What::Call(first.clone(), names.collect()))
+            }
             word if is_harmless_keyword(word) => Ok(What::Call(first.clone(), Vec::new())),
             _ => {
                 let what = cursor.other()?;

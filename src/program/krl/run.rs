@@ -12,6 +12,7 @@ use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_name};
 use crate::program::log::Log;
+use crate::program::unread::behind;
 
 /// Calls, blocks and expressions in one another.
 const MAX_DEPTH: usize = 60;
@@ -60,6 +61,10 @@ pub(super) struct Run<'a> {
     pub(super) forgotten: HashSet<String>,
     /// Signals that triggers, interrupts and pulses set.
     pub(super) timed: HashSet<String>,
+    /// Data that the program gives to what the job reads the spindle or the tool from.
+    pub(super) given_on: HashSet<&'a str>,
+    /// Whether what runs is within the routine that the job reads the spindle from.
+    pub(super) is_command_read: bool,
     /// Of the data that data lists declare.
     pub(super) types: HashMap<String, Type>,
     /// The data of the routines that run, the innermost last.
@@ -111,6 +116,8 @@ impl<'a> Run<'a> {
             globals: HashMap::new(),
             forgotten: HashSet::new(),
             timed: HashSet::new(),
+            given_on: HashSet::new(),
+            is_command_read: false,
             types: HashMap::new(),
             frames: Vec::new(),
             depth: 0,
@@ -187,10 +194,30 @@ impl<'a> Run<'a> {
                     }
                     next = at;
                 }
-                flow => return flow,
+                flow => {
+                    self.doubt_behind(statement, block.get(next..).unwrap_or_default());
+                    return flow;
+                }
             }
         }
         Flow::Next
+    }
+
+    /// Tells of the first move in the rest of a block that ends here in any case: up to a label,
+    /// which others may go to.
+    fn doubt_behind(&mut self, end: &'a Statement, rest: &'a [Statement]) {
+        let end = match end.what {
+            What::Return(_) => "RETURN",
+            What::Exit => "EXIT",
+            _ => return,
+        };
+        let mut rest = rest.iter().take_while(|each| !matches!(each.what, What::Label(_)));
+        if let Some(first) = rest.find(|each| self.moves(&each.what)) {
+            let ((file, outer), main_line) = (self.place, self.line);
+            let line = self.enter(first.file, first.line);
+            behind(self.log, line, end);
+            self.enter(file, if file == 0 { main_line } else { outer });
+        }
     }
 
     /// The line of the main file that a statement counts as: one of another file as the one that
@@ -362,6 +389,7 @@ impl<'a> Run<'a> {
             for statement in block {
                 // A statement of another file counts as the one that leads to it.
                 let own = if statement.file == 0 { statement.line } else { line };
+                self.doubt_open(own, &statement.what);
                 if self.calls_a_routine(expressions(&statement.what)) {
                     return self.decides(line, keyword, why);
                 }

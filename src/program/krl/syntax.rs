@@ -20,6 +20,12 @@ pub(super) enum Expr {
     Binary(&'static str, Box<Expr>, Box<Expr>),
 }
 
+impl Expr {
+    pub(super) fn of_name(name: &str) -> Self {
+        Self::Ref(Path { name: name.to_owned(), indices: Vec::new(), fields: Vec::new() })
+    }
+}
+
 /// A datum or a part of it, names in lower case: `$vel.cp`, `xp[3].x`.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Path {

@@ -17,18 +17,36 @@ pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
 }
 
 /// Functions that expressions call.
-pub(super) fn functions_in(mut open: Vec<&Expr>) -> Vec<&str> {
+pub(super) fn functions_in(open: Vec<&Expr>) -> Vec<&str> {
+    let all = all_of(open).into_iter();
+    all.filter_map(|expr| match expr {
+        Expr::Call(name, _) => Some(name.as_str()),
+        _ => None,
+    })
+    .collect()
+}
+
+/// Data that expressions name.
+pub(super) fn names_in(open: Vec<&Expr>) -> Vec<&str> {
+    let all = all_of(open).into_iter();
+    all.filter_map(|expr| match expr {
+        Expr::Ref(path) => Some(path.name.as_str()),
+        _ => None,
+    })
+    .collect()
+}
+
+/// Expressions and those in them.
+fn all_of(mut open: Vec<&Expr>) -> Vec<&Expr> {
     let mut found = Vec::new();
     while let Some(expr) = open.pop() {
+        found.push(expr);
         match expr {
             Expr::Parts(parts) => open.extend(parts.iter().map(|(_, expr)| expr)),
             Expr::Ref(path) => open.extend(&path.indices),
             Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
             Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
-            Expr::Call(name, args) => {
-                open.extend(args.iter().flatten());
-                found.push(name.as_str());
-            }
+            Expr::Call(_, args) => open.extend(args.iter().flatten()),
             _ => {}
         }
     }

@@ -196,8 +196,3 @@ pub(super) fn is_own_function(key: &str) -> bool {
         uinumentry uinumtune validio valtostr vectmagn";
     OWN.split(' ').any(|own| own == key)
 }
-
-/// Whether a name of an instruction or a signal hints at the spindle.
-pub(super) fn hints_at_spindle(key: &str) -> bool {
-    key.contains("spind") || key.contains("rpm")
-}

@@ -8,8 +8,10 @@
 //! arbitrary ones under `ConfL \Off`. The world frame is taken to be the base frame.
 
 mod cursor;
+mod ends;
 mod eval;
 mod functions;
+mod hints;
 mod instructions;
 mod interpreter;
 mod lexer;
@@ -45,7 +47,9 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     match entry(&file, settings, log) {
         Ok(routine) => {
             let comments = Comments::of(text, '!', settings);
-            Interpreter::new(&file, settings, comments, log).run(routine, &arguments);
+            let mut interpreter = Interpreter::new(&file, settings, comments, log);
+            interpreter.given_on = set_by::given_on(&file, settings);
+            interpreter.run(routine, &arguments);
         }
         Err(what) => log.error(Code::Reference, 1, what),
     }

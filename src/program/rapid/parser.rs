@@ -47,6 +47,7 @@ fn declare_registers(file: &mut File) {
         let name = Name::new(shown);
         file.data.entry(name.key.clone()).or_insert_with(|| Declaration {
             line: 1,
+            is_persistent: false,
             kind: "num".to_owned(),
             name,
             dimensions: Vec::new(),
@@ -165,6 +166,7 @@ impl<'a> Parser<'a> {
     /// `CONST robtarget p{2}:=…;`, from the storage class on.
     fn declaration(&mut self) -> Parsed<Declaration> {
         let line = self.line();
+        let is_persistent = self.cursor.is_any_word(&["PERS"]);
         self.cursor.advance();
         let kind = self.cursor.name()?.key;
         let name = self.cursor.name()?;
@@ -173,7 +175,7 @@ impl<'a> Parser<'a> {
         let value =
             if self.cursor.take_symbol(":=") { Some(self.cursor.expression()?) } else { None };
         self.cursor.symbol(";")?;
-        Ok(Declaration { line, kind, name, dimensions, value })
+        Ok(Declaration { line, is_persistent, kind, name, dimensions, value })
     }
 
     fn routine(&mut self, end: &str, typed: bool) -> Parsed<Routine> {

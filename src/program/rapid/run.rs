@@ -9,6 +9,7 @@ use super::syntax::{Args, Block, Expr, Name, Routine, Statement, What};
 use super::value::Value;
 use super::walk::{blocks_in, functions_in, functions_of};
 use crate::notes::Code;
+use crate::program::spindle_names::{is_read_from, is_spindles};
 
 /// The instruction that says what the gripper holds.
 const GRIP: &str = "gripload";
@@ -45,10 +46,13 @@ impl<'a> Interpreter<'a> {
     }
 
     fn block(&mut self, block: &'a Block) -> Flow {
-        for statement in block {
+        for (at, statement) in block.iter().enumerate() {
             match self.statement(statement) {
                 Flow::Next => {}
-                flow => return flow,
+                flow => {
+                    self.doubt_behind(statement, block.get(at + 1..).unwrap_or_default());
+                    return flow;
+                }
             }
         }
         Flow::Next
@@ -90,11 +94,20 @@ impl<'a> Interpreter<'a> {
                 self.declare(&declaration.name.key, &declaration.kind, value);
             }
             What::Assign(path, expr) => {
+                let span = self.literal(expr);
                 let value = self.eval(expr);
-                if let Err(why) = self.write(path, value) {
+                let sets = self.assigns_setter(line, path, (value.num(), span));
+                if !sets {
+                    self.doubt_assignment(line, path, Some(expr));
+                }
+                let written = self.write(path, value);
+                if let Err(why) = written {
                     self.forget_name(&path.name.key);
                     // Data of another module: what depends on it here is reported where it matters.
-                    self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
+                    if !sets {
+                        let what = format!("assignment left out: {why}");
+                        self.log.warning(Code::LeftOut, line, what);
+                    }
                 }
             }
             What::Call(name, args) => return self.call(line, name, args),
@@ -154,8 +167,11 @@ impl<'a> Interpreter<'a> {
         conditions: Vec<&'a Expr>,
         blocks: impl Iterator<Item = &'a Block>,
     ) {
+        let blocks: Vec<&'a Block> = blocks.collect();
+        self.doubt_open(line, &blocks);
         let asked = self.effect_of_functions(functions_of(conditions), &mut HashSet::new());
-        let effects = blocks.map(|block| self.effect(block, false, &mut HashSet::new()));
+        let effects =
+            blocks.into_iter().map(|block| self.effect(block, false, &mut HashSet::new()));
         for effect in [asked].into_iter().chain(effects).collect::<Vec<_>>() {
             match effect {
                 Effect::Motion => {
@@ -184,6 +200,7 @@ impl<'a> Interpreter<'a> {
             let what = &statement.what;
             let asked = self.effect_of_functions(functions_in(what), seen);
             let own = match what {
+                What::Assign(path, _) if self.would_assign(path) => Effect::Motion,
                 What::Assign(path, _) => Effect::Data(vec![&path.name]),
                 What::Call(name, args) => self.effect_of_call(name, args, seen),
                 What::Return(_) if is_called => Effect::Data(Vec::new()),
@@ -391,7 +408,12 @@ impl<'a> Interpreter<'a> {
         let sets = self.sets(line, name, args);
         self.set_output(key, args);
         if let Some(routine) = self.file.procedures.get(key) {
-            return match self.call_routine(routine, args) {
+            self.doubt_procedure(line, routine);
+            let is_read = self.is_command_read || is_read_from(self.settings, key);
+            let outside = std::mem::replace(&mut self.is_command_read, is_read);
+            let flow = self.call_routine(routine, args);
+            self.is_command_read = outside;
+            return match flow {
                 Flow::Exit => Flow::Exit,
                 _ => Flow::Next,
             };
@@ -400,6 +422,7 @@ impl<'a> Interpreter<'a> {
             if let Err(why) = self.motion(line, way, tool_at, args) {
                 self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
             }
+            self.doubt_call(line, name, args);
             return Flow::Next;
         }
         match key {
@@ -477,19 +500,14 @@ impl<'a> Interpreter<'a> {
             );
             self.log.warning(Code::ChangeIgnored, line, what);
         }
-        let hint = args.positional.iter().any(|arg| match arg {
-            Expr::Ref(path) => instructions::hints_at_spindle(&path.name.key),
-            _ => false,
-        });
-        if hint || instructions::hints_at_spindle(&name.key) {
-            let what = format!(
-                "'{}' looks like a command to the spindle; path.program.spindle_from in the job \
-                 can say what it sets",
-                name.shown
-            );
-            self.log.warning(Code::SpindleCommand, line, what);
-        } else if !instructions::is_ignored(&name.key) {
-            self.not_in_file(line, &name.shown);
+        self.doubt_call(line, name, args);
+        match instructions::is_ignored(&name.key) {
+            true => {}
+            // What it may set is the spindle.
+            false if is_spindles(&name.shown) && !self.is_command_read => {
+                self.forget_all_outputs();
+            }
+            false => self.not_in_file(line, &name.shown),
         }
     }
 
@@ -524,6 +542,7 @@ impl<'a> Interpreter<'a> {
 
     fn count(&mut self, line: usize, key: &str, args: &'a Args) {
         let Some(Expr::Ref(path)) = args.positional.first() else { return };
+        self.doubt_assignment(line, path, None);
         let by = match (key, args.positional.get(1)) {
             ("incr", _) => Ok(1.0),
             ("decr", _) => Ok(-1.0),

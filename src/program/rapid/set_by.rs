@@ -1,10 +1,13 @@
 //! Signals: what the cell agrees on beside the language, which of them (or which procedure or
 //! comment) sets the speed of the spindle or the number of the tool.
 
+use std::collections::HashSet;
+
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr, Name};
-use crate::program::cell::{all, set};
-use crate::program::{SetBy, Setter};
+use super::syntax::{Args, Expr, File, Name, Path, What};
+use super::walk::{names_in, statements_in};
+use crate::program::cell::{Given, all, set, set_by_name};
+use crate::program::{SetBy, Setter, Settings};
 
 /// The argument that a call sets something to.
 fn value_set<'a>(by: &SetBy, name: &Name, args: &'a Args) -> Option<&'a Expr> {
@@ -24,6 +27,22 @@ fn value_set<'a>(by: &SetBy, name: &Name, args: &'a Args) -> Option<&'a Expr> {
     }
 }
 
+/// Names in what the program gives to what sets something.
+pub(super) fn given_on<'a>(file: &'a File, settings: &Settings) -> HashSet<&'a str> {
+    let mut found = HashSet::new();
+    for (_, by) in all(settings) {
+        let routines = file.procedures.values().chain(file.functions.values());
+        for what in statements_in(routines.map(|routine| &routine.body)) {
+            if let What::Call(name, args) = what
+                && let Some(value) = value_set(by, name, args)
+            {
+                found.extend(names_in(vec![value]).into_iter().map(|name| name.key.as_str()));
+            }
+        }
+    }
+    found
+}
+
 impl<'a> Interpreter<'a> {
     /// Whether the call sets something; then it is done.
     pub(super) fn sets(&mut self, line: usize, name: &Name, args: &'a Args) -> bool {
@@ -38,6 +57,20 @@ impl<'a> Interpreter<'a> {
             }
         }
         done
+    }
+
+    /// Whether an assignment sets something; then it is done.
+    pub(super) fn assigns_setter(&mut self, line: usize, path: &Path, given: Given) -> bool {
+        self.would_assign(path) && set_by_name(self.settings, self.log, line, &path.name.key, given)
+    }
+
+    /// Whether an assignment would set something.
+    pub(super) fn would_assign(&self, path: &Path) -> bool {
+        let is_it = |by: &SetBy| match &by.what {
+            Setter::Signal(own) => own.to_lowercase() == path.name.key,
+            _ => false,
+        };
+        path.steps.is_empty() && all(self.settings).any(|(_, by)| is_it(by))
     }
 
     /// Whether a call would set something.

@@ -115,6 +115,8 @@ pub(super) enum What {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Declaration {
     pub(super) line: usize,
+    /// PERS: other tasks have it, too.
+    pub(super) is_persistent: bool,
     /// Type, in lower case.
     pub(super) kind: String,
     pub(super) name: Name,

@@ -31,6 +31,8 @@ const QUIET: [&str; 15] = [
 impl<'a> Interpreter<'a> {
     pub(super) fn warn_of_traps(&mut self) {
         for trap in &self.file.traps {
+            let line = if trap.file.is_none() { trap.line } else { 1 };
+            self.doubt_open(line, &[&trap.body]);
             let Some(unread) = self.unread(&trap.body) else { continue };
             let what = format!("a TRAP {unread} when its interrupt comes: this is not read");
             match &trap.file {

@@ -53,16 +53,34 @@ pub(super) fn functions_in(what: &What) -> Vec<&Name> {
 }
 
 /// Functions that expressions call.
-pub(super) fn functions_of(mut open: Vec<&Expr>) -> Vec<&Name> {
+pub(super) fn functions_of(open: Vec<&Expr>) -> Vec<&Name> {
+    let all = all_of(open).into_iter();
+    all.filter_map(|expr| match expr {
+        Expr::Call(call) => Some(&call.0),
+        _ => None,
+    })
+    .collect()
+}
+
+/// Data that expressions name.
+pub(super) fn names_in(open: Vec<&Expr>) -> Vec<&Name> {
+    let all = all_of(open).into_iter();
+    all.filter_map(|expr| match expr {
+        Expr::Ref(path) => Some(&path.name),
+        _ => None,
+    })
+    .collect()
+}
+
+/// Expressions and those in them.
+fn all_of(mut open: Vec<&Expr>) -> Vec<&Expr> {
     let mut found = Vec::new();
     while let Some(expr) = open.pop() {
+        found.push(expr);
         match expr {
             Expr::List(parts) => open.extend(parts),
             Expr::Ref(path) => of_steps(&path.steps, &mut open),
-            Expr::Call(call) => {
-                found.push(&call.0);
-                of_args(&call.1, &mut open);
-            }
+            Expr::Call(call) => of_args(&call.1, &mut open),
             Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
             Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
             Expr::Number(..) | Expr::Text(_) | Expr::Bool(_) => {}

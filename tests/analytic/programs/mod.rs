@@ -16,3 +16,4 @@ mod robots;
 mod silent;
 mod stated;
 mod support;
+mod unsaid;

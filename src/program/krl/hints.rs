@@ -1,0 +1,163 @@
+//! What looks like a command to the spindle by its name, and the job does not read; what would
+//! move.
+
+use std::collections::HashSet;
+
+use super::interrupts::fixed_key;
+use super::run::Run;
+use super::syntax::{Block, Expr, File, Path, Routine, What};
+use super::walk::{blocks_in, names_in};
+use super::words::{is_harmless, sounds_like_motion};
+use crate::program::cell::all;
+use crate::program::spindle_names::{doubt, is_spindles};
+use crate::program::{Setter, Settings};
+
+/// Parts of tools, frames and places.
+const PARTS: [&str; 11] = ["x", "y", "z", "a", "b", "c", "s", "t", "a1", "m", "cm"];
+
+/// Names in what the program gives to what the job reads the spindle or the tool from.
+pub(super) fn given_on<'a>(file: &'a File, settings: &Settings) -> HashSet<&'a str> {
+    let mut found = HashSet::new();
+    for (_, by) in all(settings) {
+        let routines = file.routines.values().chain(file.functions.values());
+        for what in statements_in(routines.map(|routine| &routine.body)) {
+            let given: Vec<&Expr> = match (what, &by.what) {
+                (What::Assign(path, expr), Setter::Signal(own))
+                    if fixed_key(path) == own.to_lowercase() =>
+                {
+                    vec![expr]
+                }
+                (What::Call(name, args), Setter::Procedure(own, _))
+                    if *name == own.to_lowercase() =>
+                {
+                    args.iter().flatten().collect()
+                }
+                _ => continue,
+            };
+            found.extend(names_in(given));
+        }
+    }
+    found
+}
+
+/// All statements of blocks and of those in them.
+fn statements_in<'a>(blocks: impl Iterator<Item = &'a Block>) -> Vec<&'a What> {
+    let mut open: Vec<&Block> = blocks.collect();
+    let mut found = Vec::new();
+    while let Some(block) = open.pop() {
+        for statement in block {
+            open.extend(blocks_in(&statement.what));
+            found.push(&statement.what);
+        }
+    }
+    found
+}
+
+fn is_output(path: &Path) -> bool {
+    path.name.starts_with("$out") || path.name.starts_with("$anout")
+}
+
+impl<'a> Run<'a> {
+    fn doubt(&mut self, line: usize, name: &str) {
+        if !self.is_command_read {
+            doubt(self.settings, self.log, line, name);
+        }
+    }
+
+    pub(super) fn doubt_assignment(&mut self, line: usize, path: &Path, expr: &Expr) {
+        let is_place = match expr {
+            Expr::Parts(parts) => parts.iter().any(|(name, _)| PARTS.contains(&name.as_str())),
+            _ => false,
+        };
+        if !is_place {
+            self.doubt_set(line, path);
+        }
+        let may_be_signal = !path.name.starts_with('$') && path.fields.is_empty();
+        let is_declared = self.is_own(&path.name) || self.types.contains_key(&path.name);
+        if is_output(path) || may_be_signal && !is_declared {
+            self.doubt_names(line, names_in(vec![expr]));
+        }
+    }
+
+    /// Of a datum that is set to a number.
+    pub(super) fn doubt_set(&mut self, line: usize, path: &Path) {
+        let is_part = path.fields.iter().any(|field| PARTS.contains(&field.as_str()));
+        let looks_so = is_spindles(&path.name) || path.fields.iter().any(|it| is_spindles(it));
+        if looks_so
+            && !is_part
+            && !self.is_own(&path.name)
+            && !self.given_on.contains(path.name.as_str())
+        {
+            self.doubt(line, &path.name);
+        }
+    }
+
+    /// Of a statement of the controller, or a routine that is in no file.
+    pub(super) fn doubt_call(&mut self, line: usize, name: &str, args: &[Option<Expr>]) {
+        if matches!(name, "pulse" | "anout") || !is_harmless(name) && name != "bas" {
+            let mut names = names_in(args.iter().flatten().collect());
+            names.push(name);
+            self.doubt_names(line, names);
+        }
+    }
+
+    /// Of a routine of the files: where the job reads nothing, and it sets outputs.
+    pub(super) fn doubt_routine(&mut self, line: usize, name: &str, routine: &'a Routine) {
+        let sets_output = |what: &&What| match what {
+            What::Assign(path, _) => is_output(path),
+            What::Call(name, _) => matches!(name.as_str(), "pulse" | "anout"),
+            _ => false,
+        };
+        if self.settings.spindle_from.is_none()
+            && is_spindles(name)
+            && statements_in(std::iter::once(&routine.body)).iter().any(sets_output)
+        {
+            self.doubt(line, name);
+        }
+    }
+
+    /// Of a statement that may run or not.
+    pub(super) fn doubt_open(&mut self, line: usize, what: &What) {
+        match what {
+            What::Assign(path, expr) => self.doubt_assignment(line, path, expr),
+            What::Call(name, args) if !self.file.routines.contains_key(name) => {
+                self.doubt_call(line, name, args);
+            }
+            _ => {}
+        }
+    }
+
+    fn doubt_names(&mut self, line: usize, names: Vec<&str>) {
+        if let Some(name) = names.into_iter().rev().find(|name| is_spindles(name)) {
+            self.doubt(line, name);
+        }
+    }
+
+    /// Whether a datum is of the routine that runs.
+    fn is_own(&self, name: &str) -> bool {
+        self.frames.last().is_some_and(|frame| frame.has(name))
+    }
+
+    /// Whether a statement, or what it calls in the files, would move if it ran.
+    pub(super) fn moves(&self, what: &'a What) -> bool {
+        let mut seen: HashSet<&str> = HashSet::new();
+        let mut open = vec![what];
+        while let Some(what) = open.pop() {
+            let inner = blocks_in(what).into_iter().flatten();
+            open.extend(inner.map(|statement| &statement.what));
+            match what {
+                What::Move(_) | What::Spline(..) => return true,
+                What::Call(name, _) => match self.file.routines.get(name) {
+                    Some(routine) if seen.insert(name) => {
+                        open.extend(routine.body.iter().map(|statement| &statement.what));
+                    }
+                    Some(_) => {}
+                    None if sounds_like_motion(name) => return true,
+                    None => {}
+                },
+                _ => {}
+            }
+        }
+        false
+    }
+}

@@ -1,0 +1,105 @@
+//! Names that look like the spindle's: of signals, data, procedures and comments of robot programs,
+//! which have no words of their own for it.
+
+use super::cell::all;
+use super::log::Log;
+use super::{Setter, Settings};
+use crate::notes::Code;
+
+/// What stands beside `rpm` in names that are written in one.
+const BESIDE_RPM: [&str; 24] = [
+    "act", "cmd", "cur", "drive", "go", "ist", "max", "min", "mot", "motor", "new", "nom", "old",
+    "out", "ref", "set", "soll", "spd", "speed", "std", "tgt", "tool", "val", "value",
+];
+
+/// Whether a name looks like the spindle's.
+pub(super) fn is_spindles(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    lower.contains("spind")
+        || lower.contains("drehzahl")
+        || lower.contains("rpm")
+            && name
+                .split(|c: char| !c.is_alphabetic())
+                .any(|part| is_rpm(part) || words(part).into_iter().any(is_rpm))
+}
+
+/// `RPM`, `nrpm`, `rpmSoll`, `maxrpm`; not `interpm` or `carpman`.
+fn is_rpm(word: &str) -> bool {
+    let word = word.to_lowercase();
+    let Some((before, behind)) = word.split_once("rpm") else { return false };
+    // A letter or two say of what type a datum is.
+    (before.chars().count() <= 2 || BESIDE_RPM.contains(&before))
+        && (before.is_empty() || behind.is_empty() || BESIDE_RPM.contains(&behind))
+}
+
+/// `nMaxRpm` is `n`, `Max`, `Rpm`.
+fn words(part: &str) -> Vec<&str> {
+    let (mut found, mut start, mut was_small) = (Vec::new(), 0, false);
+    for (at, c) in part.char_indices() {
+        if was_small && c.is_uppercase() {
+            found.extend(part.get(start..at));
+            start = at;
+        }
+        was_small = c.is_lowercase();
+    }
+    found.extend(part.get(start..));
+    found
+}
+
+/// Whether the job reads the spindle's speed from a procedure, its name in lower case.
+pub(super) fn is_read_from(settings: &Settings, name: &str) -> bool {
+    settings.spindle_from.as_ref().is_some_and(|by| match &by.what {
+        Setter::Procedure(own, _) => own.to_lowercase() == name,
+        Setter::Signal(_) | Setter::Comment(_) => false,
+    })
+}
+
+/// Tells of a command that is not read. Where the job names what is set, but nothing of it is
+/// read, that is told of the line.
+pub(super) fn doubt(settings: &Settings, log: &mut Log, line: usize, name: &str) {
+    let is_name = |own: &String| own.eq_ignore_ascii_case(name);
+    let is_of_job = all(settings).any(|(_, by)| match &by.what {
+        Setter::Signal(own) | Setter::Procedure(own, _) => is_name(own),
+        Setter::Comment(_) => false,
+    });
+    if !is_of_job {
+        let what = format!(
+            "'{name}' looks like a command to the spindle; path.program.spindle_from in the job \
+             can say what it sets"
+        );
+        log.warning(Code::SpindleCommand, line, what);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_the_spindle_and_others() {
+        for name in [
+            "aoSpindle",
+            "SPINDLE_RPM",
+            "DO Spindel ein",
+            "DREHZAHL",
+            "nRPM",
+            "nrpm",
+            "rpm",
+            "aorpm",
+            "nMaxRpm",
+            "maxrpm",
+            "RPM_1",
+            "rpmSoll",
+            "rpm1000",
+            "aoRpmSet",
+            "SOLLRPM",
+        ] {
+            assert!(is_spindles(name), "{name}");
+        }
+        for name in
+            ["interpm", "nInterPM", "carpman", "Carpman", "feed", "tpm", "turpmode", "rp_m", ""]
+        {
+            assert!(!is_spindles(name), "{name}");
+        }
+    }
+}

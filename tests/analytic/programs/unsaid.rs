@@ -1,0 +1,313 @@
+//! What a reader once passed over without a word: commands to the spindle by other names, moves
+//! behind an end in mid-program, frames that do not agree, words of a machine, blocks to skip.
+
+use detune::notes::{Code, Note};
+use detune::program::{
+    Assumed, Dialect, Program, SetBy, Setter, Settings, Spindle, SpindleCommand, read,
+};
+
+use super::support::{assert_ends, at, ended, module, settings};
+
+const NONE: [usize; 0] = [];
+
+fn of(text: &str, dialect: Dialect, settings: &Settings) -> Program {
+    let read = read(ended(text, dialect).as_bytes(), dialect, settings);
+    read.unwrap_or_else(|found| panic!("{text}: {found:?}"))
+}
+
+fn told(program: &Program, code: Code) -> Vec<usize> {
+    program.warnings.iter().filter(|note| note.code == code).map(at).collect()
+}
+
+/// A job whose signal, variable or register sets the speed.
+fn signal(name: &str) -> Settings {
+    let what = Setter::Signal(name.to_owned());
+    Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() }
+}
+
+fn rpm(program: &Program) -> Vec<(usize, Spindle)> {
+    program.spindle.iter().map(|SpindleCommand { line, spindle, .. }| (*line, *spindle)).collect()
+}
+
+fn of_krl(body: &str, job: &Settings) -> Program {
+    let text = format!(
+        "DEF p()\n$VEL.CP=0.1\nPTP {{X 0,Y 0,Z 100,A 0,B 0,C 180}}\n{body}\nLIN_REL {{X 1}}\nEND\n"
+    );
+    of(&text, Dialect::Krl, job)
+}
+
+fn tp_text(body: &str, numbers: &str) -> String {
+    format!(
+        "/PROG A\n/MN\nL P[1] 9mm/sec FINE ;\n{body} ;\nL P[1] 9mm/sec FINE ;\n/POS\nP[1]{{\n \
+         GP1:\n {numbers}, CONFIG : 'N U T, 0, 0, 0',\n X = 0 mm, Y = 0 mm, Z = 0 mm, W = 180 deg, \
+         P = 0 deg, R = 0 deg\n}};\n/END\n"
+    )
+}
+
+fn of_tp(body: &str, job: &Settings) -> Program {
+    of(&tp_text(body, "UF : 0, UT : 0"), Dialect::Fanuc, job)
+}
+
+#[test]
+fn commands_of_rapid_to_the_spindle_by_other_names_are_a_doubt() {
+    let text = |body: &str| {
+        module(&format!("MoveL p,v5,fine,tool0;\n{body}\nMoveL Offs(p,1,0,0),v5,fine,tool0;"))
+    };
+    let doubts = |body: &str, job: &Settings| {
+        told(&of(&text(body), Dialect::Rapid, job), Code::SpindleCommand)
+    };
+    for call in [
+        "SetAO aoDrehzahl,3000;",
+        "SetAO aoSPINDEL,3000;",
+        "SetGO goRPM,3000;",
+        "SetGO nrpm_soll,3000;",
+        "Reset doSpindle;",
+        "SetAO ao1,nRPM;",
+        "SetAO ao1,nMaxRpm*0.5;",
+        "nSpindleSpeed:=3000;",
+        "Incr nSpindleSpeed;",
+        "MoveLDO p,v5,fine,tool0,doSpindle,0;",
+        "TriggIO gun,5\\DOp:=doSpindle,0;",
+        "IF DInput(di1)=1 SetAO aoDrehzahl,0;",
+        "IF DInput(di1)=1 nDrehzahl:=0;",
+    ] {
+        assert_eq!(doubts(call, &settings()), [5], "{call}");
+    }
+    for call in
+        ["SetDO doCarpman,1;", "SetAO aoInterpm,3;", "nInterPM:=3;", "nLayer:=3;", "SetAO ao1,n;"]
+    {
+        assert_eq!(doubts(call, &settings()), NONE, "{call}");
+    }
+    // One note of a name, and what the job reads is known.
+    let twice = "SetAO aoDrehzahl,3000;\nSetAO aoDrehzahl,4000;\nSetAO ao1,nRPM;";
+    assert_eq!(doubts(twice, &settings()), [5, 7]);
+    assert_eq!(doubts(twice, &signal("aodrehzahl")), [7]);
+    let program = of(&text("nSpindleSpeed:=3000;"), Dialect::Rapid, &signal("nSpindleSpeed"));
+    assert_eq!(rpm(&program), [(5, Spindle::Turns(Some(3000.0)))]);
+    assert!(program.warnings.is_empty(), "{:?}", program.warnings);
+    let found = read(
+        text("IF DInput(di1)=1 nSpindleSpeed:=3000;").as_bytes(),
+        Dialect::Rapid,
+        &signal("nSpindleSpeed"),
+    );
+    assert_eq!(at(&found.unwrap_err()[0]), 5);
+}
+
+/// A variable commands nothing but through what it is given to; a tool is no speed.
+#[test]
+fn data_of_rapid_with_a_spindles_name() {
+    let doubts = |kind: &str, body: &str, job: &Settings| {
+        let text = format!(
+            "MODULE m\n{kind}\nPROC main()\nMoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,\
+             9E9,9E9]],v5,fine,tool0;\n{body}\nENDPROC\nPROC SpindleOn(num rpm)\nSetDO do5,1;\n\
+             SetAO ao1,rpm;\nENDPROC\nPROC SpindleFace()\nWaitTime 1;\nENDPROC\nENDMODULE\n"
+        );
+        told(&of(&text, Dialect::Rapid, job), Code::SpindleCommand)
+    };
+    let none = settings();
+    assert_eq!(doubts("VAR num nRPM:=0;", "nRPM:=3000;", &none), NONE);
+    assert_eq!(doubts("VAR num nRPM:=0;", "nRPM:=3000;\nSetAO ao1,nRPM;", &none), [6]);
+    assert_eq!(doubts("PERS num nRPM:=0;", "nRPM:=3000;", &none), [5]);
+    assert_eq!(doubts("PERS num nRPM:=0;", "nRPM:=3000;\nSetAO ao1,nRPM;", &signal("ao1")), NONE);
+    let tool = "PERS tooldata tSpindle:=[TRUE,[[0,0,1],[1,0,0,0]],[4,[0,0,70],[1,0,0,0],0,0,0]];";
+    assert_eq!(doubts(tool, "tSpindle.tframe.trans.z:=2;", &none), NONE);
+    assert_eq!(doubts("", "pSpindle:=[1,2,3];", &none), NONE);
+    assert_eq!(doubts("", "rSpindle:=[3000,TRUE];", &none), [5]);
+    // A procedure of the file that sets an output, and one that sets none.
+    assert_eq!(doubts("", "SpindleOn 3000;", &none), [5, 9]);
+    assert_eq!(doubts("", "SpindleFace;", &none), NONE);
+    let what = Setter::Procedure("SpindleOn".to_owned(), 1);
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
+    assert_eq!(doubts("", "SpindleOn 3000;", &job), NONE);
+}
+
+#[test]
+fn commands_of_krl_to_the_spindle_by_other_names_are_a_doubt() {
+    let doubts = |body: &str, job: &Settings| told(&of_krl(body, job), Code::SpindleCommand);
+    for body in [
+        "SPINDLE_RPM=3000",
+        "DREHZAHL=3000",
+        "NRPM=3000",
+        "SPINDEL.DREHZAHL=3000",
+        "SPINDEL={SPEED 3000,ON TRUE}",
+        "SPINDLE_ON(3000)",
+        "FRAESEN(1,SPINDLE_RPM)",
+        "PULSE(SPINDLE_ON,TRUE,1.0)",
+        "ANOUT ON SPINDLE_SIG=0.5*V+0.1",
+        "$ANOUT[1]=RPM/24000",
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO SPINDLE_ON=FALSE",
+    ] {
+        assert_eq!(doubts(body, &settings()), [4], "{body}");
+    }
+    assert_eq!(doubts("IF $IN[1] THEN\nSPINDLE_RPM=0\nENDIF", &settings()), [5]);
+    for body in
+        ["CARPMAN=1", "INTERPM=2", "LAYER=3", "SPINDLE_TCP={X 0,Y 0,Z 1}", "SPINDLE_TCP.Z=9"]
+    {
+        assert_eq!(doubts(body, &settings()), NONE, "{body}");
+    }
+    assert_eq!(doubts("SPINDLE_RPM=3000\nSPINDLE_RPM=4000", &settings()), [4]);
+    assert_eq!(doubts("SPINDLE_RPM=3000", &signal("SPINDLE_RPM")), NONE);
+    assert_eq!(doubts("SPINDLE_RPM=3000\n$ANOUT[1]=SPINDLE_RPM", &signal("$ANOUT[1]")), NONE);
+    // What a routine declares is its own.
+    let local = |body: &str, job: &Settings| {
+        let text = format!(
+            "DEF p()\nDECL INT RPM\nPTP {{X 0,Y 0,Z 100,A 0,B 0,C 180}}\nRPM=3000\n{body}\nEND\n\
+             DEF SPINDLE_ON(SPEED:IN)\n$OUT[1]=TRUE\nSPINDLE_SET=SPEED\nEND\n"
+        );
+        told(&of(&text, Dialect::Krl, job), Code::SpindleCommand)
+    };
+    assert_eq!(local("", &settings()), NONE);
+    assert_eq!(local("$ANOUT[1]=RPM*0.0001", &settings()), [5]);
+    assert_eq!(local("SPINDLE_ON(900)", &settings()), [5, 9]);
+    let what = Setter::Procedure("SPINDLE_ON".to_owned(), 1);
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
+    assert_eq!(local("SPINDLE_ON(900)", &job), NONE);
+}
+
+#[test]
+fn commands_of_tp_to_the_spindle_by_comments_are_a_doubt() {
+    let doubts = |body: &str, job: &Settings| told(&of_tp(body, job), Code::SpindleCommand);
+    for body in [
+        "AO[1:SPINDLE RPM]=3000",
+        "DO[5:Spindle on]=OFF",
+        "DO[5:Spindle on]=PULSE,1.0sec",
+        "GO[2:Drehzahl]=3000",
+        "R[5:SpindleRPM]=3000",
+        "R[5:nRPM]=3000",
+        "AO[1]=R[5:Spindle RPM]",
+        "IF DI[1]=ON,DO[5:Spindle on]=OFF",
+        "CALL SPINDLE_ON(3000)",
+        "L P[1] 9mm/sec FINE TA .50sec,DO[5:Spindle on]=OFF",
+    ] {
+        assert_eq!(doubts(body, &settings()), [4], "{body}");
+    }
+    for body in ["AO[1:FEED]=3", "R[1:feed]=9", "DO[1:Carpman]=ON", "PR[5:spindle]=P[1]"] {
+        assert_eq!(doubts(body, &settings()), NONE, "{body}");
+    }
+    for name in ["AO[1]", "R[5]"] {
+        let body = format!("{}:SPINDLE RPM]=3000", name.trim_end_matches(']'));
+        let program = of_tp(&body, &signal(name));
+        assert_eq!(told(&program, Code::SpindleCommand), NONE, "{body}");
+        assert_eq!(rpm(&program), [(4, Spindle::Turns(Some(3000.0)))]);
+    }
+    let given_on = "R[5:SPINDLE RPM]=3000 ;\nAO[1]=R[5:SPINDLE RPM]";
+    assert_eq!(doubts(given_on, &signal("AO[1]")), NONE);
+    assert_eq!(doubts("R[15:SPINDLE RPM]=3000 ;\nAO[1]=R[5]", &signal("AO[1]")), [4, 5]);
+}
+
+#[test]
+fn moves_behind_an_end_in_mid_program_are_a_doubt() {
+    let rapid = |body: &str| {
+        let text = module(&format!("MoveL p,v5,fine,tool0;\n{body}"));
+        let cut = "PROC cut()\nMoveL p,v5,fine,tool0;\nENDPROC\nENDMODULE";
+        let text = text.replace("ENDMODULE", cut);
+        told(&of(&text, Dialect::Rapid, &settings()), Code::MotionLeftOut)
+    };
+    let cut = "MoveL Offs(p,1,0,0),v5,fine,tool0;";
+    for end in ["RETURN;", "EXIT;", "ExitCycle;"] {
+        assert_eq!(rapid(&format!("{end}\n{cut}")), [6], "{end}");
+        assert_eq!(
+            rapid(&format!("{end}\nSetDO do1,1;\nIF TRUE THEN\n{cut}\nENDIF")),
+            [7],
+            "{end}"
+        );
+        assert_eq!(rapid(&format!("{end}\ncut;")), [6], "{end}");
+        assert_eq!(rapid(&format!("{end}\nSetDO do1,1;")), NONE, "{end}");
+        assert_eq!(rapid(&format!("IF 1=1 THEN\n{end}\nENDIF\n{cut}")), NONE, "{end}");
+    }
+    assert_eq!(rapid(&format!("Stop;\n{cut}")), NONE);
+    let krl = |body: &str| {
+        let mut job = settings();
+        job.assume.insert("n".to_owned(), Assumed::Number(0.0));
+        told(&of_krl(body, &job), Code::MotionLeftOut)
+    };
+    assert_eq!(krl("RETURN"), [5]);
+    assert_eq!(krl("HALT"), NONE);
+    assert_eq!(krl("IF TRUE THEN\nRETURN\nENDIF"), NONE);
+    assert_eq!(krl("IF N==1 THEN\nGOTO MORE\nENDIF\nRETURN\nMORE:"), NONE);
+    assert_eq!(krl("LOOP\nLIN_REL {X 1}\nEXIT\nLIN_REL {X 2}\nENDLOOP"), [7]);
+    let tp = |body: &str| told(&of_tp(body, &settings()), Code::MotionLeftOut);
+    assert_eq!(tp("END"), [5]);
+    assert_eq!(tp("ABORT ;\nLBL[9:more]"), [6]);
+    assert_eq!(tp("R[1]=0 ;\nIF R[1]=1,JMP LBL[9] ;\nEND ;\nLBL[9:more]"), NONE);
+    assert_eq!(tp("IF (1=1) THEN ;\nEND ;\nENDIF"), NONE);
+    assert_eq!(tp("END ;\n!comment"), [6]);
+    assert_eq!(tp("END ;\nIF (R[1]=1) THEN ;\nDO[1]=ON ;\nELSE ;\nENDIF"), [9]);
+}
+
+/// The controller stops with an alarm where a point's frames are not the chosen ones.
+#[test]
+fn frames_of_a_point_of_tp_are_the_chosen_ones() {
+    let found = |body: &str, numbers: &str| -> Vec<Note> {
+        let frame = nalgebra::Isometry3::identity();
+        let frames = || [1, 2].map(|number| (number, frame)).into();
+        let job = Settings { tool_frames: frames(), base_frames: frames(), ..settings() };
+        let text = tp_text(body, numbers);
+        let text = text.replacen("L P[1] 9mm/sec FINE ;\n", "", 1);
+        read(text.as_bytes(), Dialect::Fanuc, &job).err().unwrap_or_default()
+    };
+    let numbers = "UF : 1, UT : 1";
+    for (body, said) in [
+        ("UTOOL_NUM=2", "P[1] has UT : 1, and UTOOL_NUM is 2"),
+        ("UFRAME_NUM=2", "P[1] has UF : 1, and UFRAME_NUM is 2"),
+        ("UFRAME_NUM=0", "P[1] has UF : 1, and UFRAME_NUM is 0"),
+    ] {
+        let found = found(body, numbers);
+        assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [4], "{body}: {found:?}");
+        assert!(found[0].what.contains(said), "{body}: {found:?}");
+    }
+    for body in ["UTOOL_NUM=1 ;\nUFRAME_NUM=1", "R[1]=1"] {
+        assert!(found(body, numbers).is_empty(), "{body}");
+    }
+    assert!(found("UTOOL_NUM=2 ;\nUFRAME_NUM=2", "UF : F, UT : F").is_empty());
+    // Not of a position register.
+    let register = "UTOOL_NUM=1 ;\nUFRAME_NUM=1 ;\nPR[1]=P[1] ;\nL P[1] 9mm/sec FINE ;\n\
+                    UTOOL_NUM=2 ;\nL PR[1] 9mm/sec FINE ;\nUTOOL_NUM=1";
+    assert!(found(register, numbers).is_empty());
+}
+
+#[test]
+fn words_of_apt_for_the_machine_are_a_doubt() {
+    let doubts = |word: &str| {
+        let text = format!("UNITS/MM\nGOTO/0,0,0\nFEDRAT/400\n{word}\nGOTO/9,0,0");
+        told(&of(&text, Dialect::Apt, &settings()), Code::MotionLeftOut)
+    };
+    for word in [
+        "INSERT/S3000",
+        "SELECT/SPINDL,2",
+        "select/head,2",
+        "PPFUN/3,3000",
+        "THREAD/TURN",
+        "PREFUN/96",
+    ] {
+        assert_eq!(doubts(word), [4], "{word}");
+    }
+    for word in ["SELECT/TOOL,5", "SELCTL/5", "COOLNT/ON"] {
+        assert_eq!(doubts(word), NONE, "{word}");
+    }
+}
+
+#[test]
+fn blocks_of_heidenhain_that_may_be_skipped_are_a_doubt() {
+    for (skip, text) in [
+        ("/L X+9 F400", "L X+8\nL X+7"),
+        ("/ L X+9 F400", "/L X+8\nL X+7"),
+        ("/5 L X+9 F400", "/6 L X+8\nL X+7"),
+        ("5 /L X+9 F400", "6 /L X+8\nL X+7"),
+    ] {
+        let text = format!(
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 Z+0 R0 FMAX M3\n{skip}\n{text}\n\
+             END PGM A MM\n"
+        );
+        let program = of(&text, Dialect::Heidenhain, &settings());
+        assert_eq!(told(&program, Code::MotionLeftOut), [4], "{skip}");
+        assert!(program.warnings[0].what.contains("blocks with '/' are read as if they ran"));
+        let ends = [0.0, 9.0, 8.0, 7.0].map(|x| ('L', [x, 0.0, 0.0]));
+        assert_ends(&program, &ends);
+    }
+    let text = "BEGIN PGM A MM\n/TOOL CALL 1 Z S3000\nL X+0 Y+0 Z+0 R0 FMAX M3\nCALL LBL 1\n\
+                L X+1 F400\nM30\n/LBL 1\nL X+5 F400\nLBL 0\nEND PGM A MM\n";
+    let program = of(text, Dialect::Heidenhain, &settings());
+    assert_eq!(told(&program, Code::MotionLeftOut), [2]);
+    assert_eq!(program.moves.len(), 3);
+}
