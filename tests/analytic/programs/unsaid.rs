@@ -100,7 +100,7 @@ fn data_of_rapid_with_a_spindles_name() {
         let text = format!(
             "MODULE m\n{kind}\nPROC main()\nMoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,\
              9E9,9E9]],v5,fine,tool0;\n{body}\nENDPROC\nPROC SpindleOn(num rpm)\nSetDO do5,1;\n\
-             SetAO ao1,rpm;\nENDPROC\nPROC SpindleFace()\nWaitTime 1;\nENDPROC\nENDMODULE\n"
+             SetAO ao2,rpm;\nENDPROC\nPROC SpindleFace()\nWaitTime 1;\nENDPROC\nENDMODULE\n"
         );
         told(&of(&text, Dialect::Rapid, job), Code::SpindleCommand)
     };
