@@ -144,7 +144,10 @@ impl<'c> Search<'_, '_, 'c> {
         while let Some(better) = self.fewer(&best) {
             best = better;
         }
-        best = least_extrapolating(self.problem, best, &seen);
+        let other = least_extrapolating(self.problem, &best, &seen);
+        if let Some(other) = other.filter(|other| self.is_justified(&fronts[0], other)) {
+            best = other.clone();
+        }
         Some(Searched { singles, best, seen })
     }
 

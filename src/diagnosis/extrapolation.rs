@@ -16,47 +16,44 @@ const CLEARLY_LESS: f64 = 0.8;
 /// Poses at which models are compared.
 const POSES: u32 = 32;
 
-/// `best`, or of the models as good as that with as many causes, none of the instrument, the one
-/// that changes the frequencies of the model without causes least over all poses, if that is
-/// clearly less.
-pub(super) fn least_extrapolating<'c>(
+/// Of the models as good as `best` with as many causes, none of the instrument, the one that
+/// changes the frequencies of the model without causes least over all poses, if that is clearly
+/// less than `best` does.
+pub(super) fn least_extrapolating<'m, 'c>(
     problem: &Problem<'_>,
-    best: Model<'c>,
-    seen: &[Model<'c>],
-) -> Model<'c> {
+    best: &Model<'c>,
+    seen: &'m [Model<'c>],
+) -> Option<&'m Model<'c>> {
     let is_of_arm = |model: &Model<'_>| {
         model.fit.hypothesis.effects.iter().all(|(c, _)| !c.cause.is_of_the_instrument())
     };
     let is_as_good = |model: &&Model<'c>| {
         model.causes() == best.causes()
             && model.log_evidence > best.log_evidence - ALIKE
-            && model.shared(&best) < best.causes()
+            && model.shared(best) < best.causes()
             && is_of_arm(model)
     };
     let rivals: Vec<&Model<'c>> = seen.iter().filter(is_as_good).collect();
-    if rivals.is_empty() || best.causes() == 0 || !is_of_arm(&best) {
-        return best;
+    if rivals.is_empty() || !is_of_arm(best) {
+        return None;
     }
-    let found = || {
-        let robot = Robot::new(problem.description).ok()?;
-        let poses = anywhere(&robot, problem.data, POSES);
-        let at = |corrections: &[_]| predicted(problem.description, corrections, &[], &poses);
-        let without = at(&[])?;
-        let change = |model: &Model<'_>| -> Option<f64> {
-            let with = at(&model.fit.hypothesis.corrections())?;
-            let square = |(with, without): (&Vec<f64>, &Vec<f64>)| -> f64 {
-                let both = with.iter().zip(without).take(problem.data.columns);
-                both.map(|(with, without)| (with - without).powi(2)).sum()
-            };
-            let sum: f64 = with.iter().zip(&without).map(square).sum();
-            sum.is_finite().then_some(sum.sqrt())
+    let robot = Robot::new(problem.description).ok()?;
+    let poses = anywhere(&robot, problem.data, POSES);
+    let at = |corrections: &[_]| predicted(problem.description, corrections, &[], &poses);
+    let without = at(&[])?;
+    let change = |model: &Model<'_>| -> Option<f64> {
+        let with = at(&model.fit.hypothesis.corrections())?;
+        let square = |(with, without): (&Vec<f64>, &Vec<f64>)| -> f64 {
+            let both = with.iter().zip(without).take(problem.data.columns);
+            both.map(|(with, without)| (with - without).powi(2)).sum()
         };
-        let of_best = change(&best)?;
-        let rivals = rivals.into_iter().filter_map(|rival| Some((change(rival)?, rival)));
-        let (least, rival) = rivals.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (least < CLEARLY_LESS * of_best).then(|| rival.clone())
+        let sum: f64 = with.iter().zip(&without).map(square).sum();
+        sum.is_finite().then_some(sum.sqrt())
     };
-    found().unwrap_or(best)
+    let of_best = change(best)?;
+    let rivals = rivals.into_iter().filter_map(|rival| Some((change(rival)?, rival)));
+    let (least, rival) = rivals.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (least < CLEARLY_LESS * of_best).then_some(rival)
 }
 
 #[cfg(test)]
@@ -103,11 +100,11 @@ mod tests {
         let at = |model: &Model<'_>| model.fit.hypothesis.effects[0].0.at.clone();
         // The rival is behind by so much.
         let taken = |best: &Model<'_>, rival: &Model<'_>, by: f64| {
-            let rival = Model { fit: rival.fit.clone(), log_evidence: -by };
-            at(&least_extrapolating(&problem, best.clone(), &[rival]))
+            let rival = [Model { fit: rival.fit.clone(), log_evidence: -by }];
+            least_extrapolating(&problem, best, &rival).map(at)
         };
-        assert_eq!(taken(&more, &less, 0.5), at(&less));
-        assert_eq!(taken(&more, &less, 1.5), at(&more));
-        assert_eq!(taken(&less, &more, 0.0), at(&less));
+        assert_eq!(taken(&more, &less, 0.5), Some(at(&less)));
+        assert_eq!(taken(&more, &less, 1.5), None);
+        assert_eq!(taken(&less, &more, 0.0), None);
     }
 }

@@ -412,7 +412,7 @@ fn warn_of_misfit(prepared: &Prepared, found: &Estimate, notes: &mut Notes) {
         let omega = pole.pole.omega();
         let (mut left, mut noise, mut whole) = (0.0, 0.0, 0.0);
         for (at, block) in prepared.blocks.iter().enumerate() {
-            let line = block.omega.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(0.0);
+            let line = block.omega.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0]);
             let reach = WIDTHS * pole.pole.lambda.re.abs().max(line);
             let below = |limit: f64| block.omega.partition_point(|omega| *omega < limit);
             let lines = below(omega - reach)..below(omega + reach);

@@ -19,7 +19,6 @@ use super::shapes::{Placed, mac, places, together};
 use super::table::{MeasuredRotation, ModeRow, ModeTable, RotationAxis};
 use crate::notes::{Code, Note, Part, Place};
 use crate::progress::{Done, Progress};
-use crate::statistics::median;
 
 /// Modes of two records within this relative distance of frequency are the same mode.
 const SAME_MODE: f64 = 0.012;
@@ -323,25 +322,21 @@ fn merged(values: &[(f64, f64)]) -> (f64, f64, f64) {
     (wx / w, w.recip().sqrt(), (chi_squared / freedom).sqrt())
 }
 
-/// Poses that were recorded at two rates show which frequencies are aliased.
-/// A record that is sampled a thousand times as fast as the most are: milliseconds for seconds.
+/// Records that are sampled a thousand times as fast as another: milliseconds for seconds.
 fn another_unit_of_time(session: &Session, notes: &mut Vec<Note>) {
     const FAR: f64 = 300.0;
-    let rates = || session.records.iter().filter_map(rate);
-    let Some(usual) = median(rates().collect()) else { return };
-    for measurement in &session.records {
-        let Some(rate) = rate(measurement) else { continue };
-        if rate > FAR * usual || rate < usual / FAR {
-            let what = format!(
-                "is sampled at {rate:.6} Hz, the other records at about {usual:.6} Hz: is its time \
-                 in the unit that its header says?"
-            );
-            let place = Place::part(Part::Record(measurement.record.name.clone()));
-            notes.push(Note::warning(Code::Units, place, what));
-        }
+    let rates = || session.records.iter().filter_map(|own| Some((rate(own)?, &own.record.name)));
+    let Some((slowest, slow)) = rates().min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
+    for (fast, name) in rates().filter(|(fast, _)| *fast > FAR * slowest) {
+        let what = format!(
+            "is sampled at {fast:.0} Hz, '{slow}' at {slowest:.0} Hz: is the time of both in the \
+             unit that its header says?"
+        );
+        notes.push(Note::warning(Code::Units, Place::part(Part::Record(name.clone())), what));
     }
 }
 
+/// Poses that were recorded at two rates show which frequencies are aliased.
 fn aliases_between_rates(poses: &[PoseModes], notes: &mut Vec<Note>) {
     for slow in poses {
         for fast in poses.iter().filter(|p| p.pose == slow.pose && p.conditions == slow.conditions)

@@ -185,7 +185,10 @@ impl Columns {
             (1..=MAX_MODES).map_while(|mode| find(&format!("f{mode}_hz"))).collect();
         if modes.is_empty() {
             // The column of another mode is not meant.
-            let is_mode = |title: &&str| title.starts_with('f') && title.ends_with("_hz");
+            let is_mode = |title: &&str| {
+                let number = title.strip_prefix('f').and_then(|rest| rest.strip_suffix("_hz"));
+                number.is_some_and(|number| number.parse::<usize>().is_ok())
+            };
             let others = header.iter().map(String::as_str).filter(|title| !is_mode(title));
             let hint = nearest("f1_hz", others)
                 .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));

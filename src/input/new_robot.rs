@@ -111,8 +111,8 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
     }
     for joint in &robot.massless {
         text += &format!(
-            "    # {}: nothing behind it has a mass in the URDF, so that it is rigid here; give a link behind it one\n    \
-             # under inertials, then this joint its stiffness_nm_per_rad\n",
+            "    # {}: nothing behind it has a mass in the URDF, so that it is rigid here; give a link\n    \
+             # behind it one under inertials, then this joint its stiffness_nm_per_rad\n",
             joint.replace(char::is_control, " ")
         );
     }

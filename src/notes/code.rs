@@ -156,6 +156,9 @@ codes! {
     ObjectiveNotFollowed = "objective_not_followed": Remark,
     /// Nobody says what the arm carries, so a verdict is at best uncertain.
     PayloadUnknown = "payload_unknown": Doubt,
+    /// Nobody says where the tool ends, so it is taken at the robot's tip, and a line meets a mode
+    /// that hardly moves that.
+    TcpAssumed = "tcp_assumed": Remark,
     /// The program declares a tool mass other than the job or the robot file.
     ToolMass = "tool_mass": Remark,
     /// The program and the job, or either and the corrections of the robot file, have masses at the

@@ -298,12 +298,11 @@ fn left_out_for_want_of_a_tcp(
     let first = met.iter().find(|crossing| left_out.modes.contains(&crossing.mode));
     Ok(first.map(|crossing| {
         let what = format!(
-            "no tcp is stated: the tool is taken to end at the robot's tip, which mode {} hardly \
-             moves, so that it is left out, and a line of {:.1} Hz meets it from s = {:.3} on; \
-             state tcp",
+            "no tcp is stated: mode {} hardly moves the robot's tip, at which the tool is taken to \
+             end, and is left out; a line of {:.1} Hz meets it from s = {:.3} on; state tcp",
             crossing.mode, crossing.excitation_hz, crossing.from_s
         );
-        about_operation(job, operation, Code::Assumed, what)
+        about_operation(job, operation, Code::TcpAssumed, what)
     }))
 }
 

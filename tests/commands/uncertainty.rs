@@ -267,3 +267,35 @@ fn what_was_not_measured_is_not_better_known() {
     assert!(share(0) < 0.02, "{}", share(0));
     assert!(share(4) > 0.07, "{}", share(4));
 }
+
+/// Mode 6 turns the flange about its own axis: that it hardly moves the tool holds for a tool of no length alone,
+/// and is told where the verdict is read. A tcp that is stated, or a limit, settles it.
+#[test]
+fn a_mode_that_is_left_out_for_want_of_a_tcp_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = repository().join("robots/irb1600/robot.yaml");
+    let shown = |more: &str, rpm: u32| {
+        let job = format!(
+            "name: a\nrobot: {}\ntool: {{teeth: 2}}\npayload: none\nspindle: {{min_rpm: 500, max_rpm: 30000}}\n{more}\
+             operations:\n  - name: a\n    spindle_rpm: {rpm}\n    feed_mm_per_min: 600\n    path: {{joints_deg: \
+             [[0, 20, -10, 0, 60, 0], [10, 25, -12, 0, 60, 0]]}}\n",
+            robot.display()
+        );
+        fs::write(folder.path().join("job.yaml"), job).unwrap();
+        let ran = run(folder.path(), &["check", "job.yaml", "--fail-on", "never"]);
+        assert_eq!(code(&ran), 0, "{}", err(&ran));
+        flat(&ran)
+    };
+    let told = "left out mode 6 (below 0.705 µm/N); no tcp is stated: mode 6 hardly moves the robot's tip, at which \
+                the tool is taken to end, and is left out; a line of 1200.0 Hz meets it";
+    let found = shown("", 18000);
+    assert!(found.contains(told), "{found}");
+    for (more, rpm) in [
+        ("tcp: {xyz_m: [0, 0, 0]}\n", 18000),
+        ("policy: {min_tip_response_um_per_n: 0.7}\n", 18000),
+        ("", 9000),
+    ] {
+        let found = shown(more, rpm);
+        assert!(found.contains("left out mode 6") && !found.contains("no tcp"), "{found}");
+    }
+}

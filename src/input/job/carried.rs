@@ -88,7 +88,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Reports masses at the tip of which nobody says where they are.
+    /// Doubts a tool that ends farther from the tip than tools do.
     pub(super) fn tcp_far_away(&mut self) {
         /// Tools of robots are shorter.
         const MAX_M: f64 = 2.0;
@@ -101,6 +101,7 @@ impl Reader<'_> {
         }
     }
 
+    /// Reports masses at the tip of which nobody says where they are.
     pub(super) fn masses_without_place(&mut self) {
         let raw = self.raw;
         let of_job = [(String::new(), Vec::new(), raw.payload.as_ref())].into_iter();

@@ -2,7 +2,7 @@
 
 use super::findings::{Finding, Stretch, findings};
 use super::operation::{CheckedOperation, operations};
-use crate::notes::Note;
+use crate::notes::{Code, Note};
 use crate::report::style;
 use crate::report::words::{
     apart, hz, line, line_at, mode, number, percent, range, round_percent, spelled, trimmed,
@@ -44,7 +44,8 @@ pub(in crate::report) fn moves(crossing: &Crossing) -> String {
     text
 }
 
-/// `spindle × 1 (ignored 49–51 Hz), modes 5, 6 (below 0.5 µm/N)`; `None` where everything counts.
+/// `spindle × 1 (ignored 49–51 Hz), modes 5, 6 (below 0.5 µm/N)`, and what of it hangs on a tcp that
+/// nobody states; `None` where everything counts.
 pub(in crate::report) fn left_out(operation: &CheckedOperation<'_>) -> Option<String> {
     let (left_out, policy) = (&operation.risk.left_out, &operation.job.policy);
     if left_out.is_empty() {
@@ -63,6 +64,10 @@ pub(in crate::report) fn left_out(operation: &CheckedOperation<'_>) -> Option<St
         let least = um_per_n(operation.risk.min_tip_response_m_per_n);
         parts.push(format!("mode{s} {} (below {least} µm/N)", modes.join(", ")));
     }
+    let warnings = operation.job.risk.warnings.iter();
+    let own =
+        warnings.filter(|w| w.note.code == Code::TcpAssumed && w.is_about(&operation.risk.name));
+    parts.extend(own.map(|warning| warning.note.what.clone()));
     Some(parts.join("; "))
 }
 
