@@ -46,14 +46,6 @@ fn words(part: &str) -> Vec<&str> {
     found
 }
 
-/// Whether the job reads the spindle's speed from a procedure, its name in lower case.
-pub(super) fn is_read_from(settings: &Settings, name: &str) -> bool {
-    settings.spindle_from.as_ref().is_some_and(|by| match &by.what {
-        Setter::Procedure(own, _) => own.to_lowercase() == name,
-        Setter::Signal(_) | Setter::Comment(_) => false,
-    })
-}
-
 /// Tells of a command that is not read. Where the job names what is set, but nothing of it is
 /// read, that is told of the line.
 pub(super) fn doubt(settings: &Settings, log: &mut Log, line: usize, name: &str) {

@@ -6,7 +6,6 @@ use super::value::{Value, is_position};
 use super::words::{is_harmless, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::{Given, set_by_call};
-use crate::program::spindle_names::is_read_from;
 
 /// Of an expression that calls a function: it needs more of the stack than a statement.
 const DEPTH: usize = 3;
@@ -19,11 +18,7 @@ impl<'a> Run<'a> {
         let (routines, functions) = (&self.file.routines, &self.file.functions);
         if let Some(routine) = routines.get(name).or_else(|| functions.get(name)) {
             self.doubt_routine(line, name, routine);
-            let is_read = self.is_command_read || is_read_from(self.settings, name);
-            let outside = std::mem::replace(&mut self.is_command_read, is_read);
-            let flow = self.run_routine(routine, args, values);
-            self.is_command_read = outside;
-            return flow;
+            return self.run_routine(routine, args, values);
         }
         if name == "bas" {
             if let Err(why) = self.bas(line, values) {

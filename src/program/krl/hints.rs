@@ -59,9 +59,7 @@ fn is_output(path: &Path) -> bool {
 
 impl<'a> Run<'a> {
     fn doubt(&mut self, line: usize, name: &str) {
-        if !self.is_command_read {
-            doubt(self.settings, self.log, line, name);
-        }
+        doubt(self.settings, self.log, line, name);
     }
 
     pub(super) fn doubt_assignment(&mut self, line: usize, path: &Path, expr: &Expr) {

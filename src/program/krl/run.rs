@@ -63,8 +63,6 @@ pub(super) struct Run<'a> {
     pub(super) timed: HashSet<String>,
     /// Data that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<&'a str>,
-    /// Whether what runs is within the routine that the job reads the spindle from.
-    pub(super) is_command_read: bool,
     /// Of the data that data lists declare.
     pub(super) types: HashMap<String, Type>,
     /// The data of the routines that run, the innermost last.
@@ -117,7 +115,6 @@ impl<'a> Run<'a> {
             forgotten: HashSet::new(),
             timed: HashSet::new(),
             given_on: HashSet::new(),
-            is_command_read: false,
             types: HashMap::new(),
             frames: Vec::new(),
             depth: 0,

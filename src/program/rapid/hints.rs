@@ -42,9 +42,7 @@ fn is_place(expr: &Expr) -> bool {
 
 impl<'a> Interpreter<'a> {
     fn doubt(&mut self, line: usize, name: &str) {
-        if !self.is_command_read {
-            doubt(self.settings, self.log, line, name);
-        }
+        doubt(self.settings, self.log, line, name);
     }
 
     /// Of an instruction, or a procedure that is in no file; whether it looks like one.

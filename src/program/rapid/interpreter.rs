@@ -66,8 +66,6 @@ pub(super) struct Interpreter<'a> {
     pub(super) timed: Timed<'a>,
     /// Data that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<&'a str>,
-    /// Whether what runs is within the procedure that the job reads the spindle from.
-    pub(super) is_command_read: bool,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
     /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
@@ -100,7 +98,6 @@ impl<'a> Interpreter<'a> {
             outputs: HashMap::new(),
             timed: Timed::of(file),
             given_on: HashSet::new(),
-            is_command_read: false,
             gripped: Ok(None),
         }
     }

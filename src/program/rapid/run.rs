@@ -9,7 +9,7 @@ use super::syntax::{Args, Block, Expr, Name, Routine, Statement, What};
 use super::value::Value;
 use super::walk::{blocks_in, functions_in, functions_of};
 use crate::notes::Code;
-use crate::program::spindle_names::{is_read_from, is_spindles};
+use crate::program::spindle_names::is_spindles;
 
 /// The instruction that says what the gripper holds.
 const GRIP: &str = "gripload";
@@ -409,11 +409,7 @@ impl<'a> Interpreter<'a> {
         self.set_output(key, args);
         if let Some(routine) = self.file.procedures.get(key) {
             self.doubt_procedure(line, routine);
-            let is_read = self.is_command_read || is_read_from(self.settings, key);
-            let outside = std::mem::replace(&mut self.is_command_read, is_read);
-            let flow = self.call_routine(routine, args);
-            self.is_command_read = outside;
-            return match flow {
+            return match self.call_routine(routine, args) {
                 Flow::Exit => Flow::Exit,
                 _ => Flow::Next,
             };
@@ -504,9 +500,7 @@ impl<'a> Interpreter<'a> {
         match instructions::is_ignored(&name.key) {
             true => {}
             // What it may set is the spindle.
-            false if is_spindles(&name.shown) && !self.is_command_read => {
-                self.forget_all_outputs();
-            }
+            false if is_spindles(&name.shown) => self.forget_all_outputs(),
             false => self.not_in_file(line, &name.shown),
         }
     }

@@ -118,7 +118,9 @@ fn data_of_rapid_with_a_spindles_name() {
     assert_eq!(doubts("", "SpindleFace;", &none), NONE);
     let what = Setter::Procedure("SpindleOn".to_owned(), 1);
     let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
-    assert_eq!(doubts("", "SpindleOn 3000;", &job), NONE);
+    // What it commands need not be what it is given: the job can name the signal.
+    assert_eq!(doubts("", "SpindleOn 3000;", &job), [9]);
+    assert_eq!(doubts("", "SpindleOn 3000;", &signal("ao2")), NONE);
 }
 
 #[test]
@@ -161,7 +163,8 @@ fn commands_of_krl_to_the_spindle_by_other_names_are_a_doubt() {
     assert_eq!(local("SPINDLE_ON(900)", &settings()), [5, 9]);
     let what = Setter::Procedure("SPINDLE_ON".to_owned(), 1);
     let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
-    assert_eq!(local("SPINDLE_ON(900)", &job), NONE);
+    assert_eq!(local("SPINDLE_ON(900)", &job), [9]);
+    assert_eq!(local("SPINDLE_ON(900)", &signal("spindle_set")), NONE);
 }
 
 #[test]
