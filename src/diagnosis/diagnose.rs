@@ -146,6 +146,9 @@ pub fn diagnose(
             unit_hint(&residuals),
             is_alone.then(stated_suffice),
             set_aside(&suspects),
+            (verdict == Verdict::Unexplained)
+                .then(|| stands_alone(&data, &choice.baseline, judged.wrong_row?))
+                .flatten(),
             out_of_rank(&data, &chosen),
             few_states(&data),
         ]
@@ -207,6 +210,23 @@ fn set_aside(suspects: &[usize]) -> Option<Note> {
         rows.join(", ")
     );
     Some(Note::warning(Code::LeftOut, Place::default(), what))
+}
+
+/// One row that is far off, where other poses do not bear out what may explain it.
+fn stands_alone(data: &Data, baseline: &Fit<'_>, row: usize) -> Option<Note> {
+    let points = data.points.iter().zip(&baseline.evaluation.residuals);
+    let own = points.filter(|(point, _)| point.row == row).filter_map(|(p, r)| Some((p, (*r)?)));
+    let (point, residual) = own.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let what = format!(
+        "row {} of the table is off by far more than the others (f{}: {:.2} Hz, in the model \
+         {:.2} Hz), and no other pose bears out what may explain it: a slip, or something that \
+         shows only near this pose; measure it again, and poses near it",
+        data.rows[row].index + 1,
+        point.column + 1,
+        point.ln_f.exp(),
+        (point.ln_f - residual).exp()
+    );
+    Some(Note::warning(Code::Outlier, Place::default(), what))
 }
 
 fn out_of_rank(data: &Data, chosen: &Fit<'_>) -> Option<Note> {

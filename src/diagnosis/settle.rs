@@ -30,7 +30,7 @@ const WRONG: f64 = 6.0;
 /// and a second one of them by this many,
 const SECOND_WRONG: f64 = 4.0;
 
-/// or, where it has just one, that by this many.
+/// or one frequency alone by this many.
 const ALONE_WRONG: f64 = 12.0;
 
 /// More rows than one in so many are no slips.
@@ -177,7 +177,7 @@ impl<'c> Question<'_, 'c> {
 }
 
 /// The row that is most wrong, if one is, by the noise of the others.
-fn worst(data: &Data, evaluation: &Evaluation) -> Option<usize> {
+pub(super) fn worst(data: &Data, evaluation: &Evaluation) -> Option<usize> {
     /// No row of a table of some size has more of its noise than this.
     const SHARE_OF_ONE: f64 = 0.5;
     let off = |row: usize, scale: f64| -> Vec<f64> {
@@ -210,8 +210,9 @@ fn is_wrong(off: &[f64]) -> bool {
     match sizes[..] {
         [] => false,
         [one] => one > ALONE_WRONG,
-        [_, second, ..] => {
-            second > SECOND_WRONG && crate::statistics::rms(sizes.iter().copied()) > WRONG
+        [first, second, ..] => {
+            let together = crate::statistics::rms(sizes.iter().copied());
+            first > ALONE_WRONG || second > SECOND_WRONG && together > WRONG
         }
     }
 }

@@ -7,6 +7,7 @@ use super::decorrelation::NoiseShape;
 use super::fit::Fit;
 use super::outcome::Structure;
 use super::problem::Problem;
+use super::settle::worst;
 use super::statistics::rms;
 use super::structure::{self, structure};
 use crate::uncertainty::uncalibrated_std_ln;
@@ -42,6 +43,8 @@ pub(super) struct Judged {
     pub(super) is_noise: bool,
     /// What the causes are worth, if there are any.
     pub(super) causes: Option<Worth>,
+    /// The row that the model as it is misses by far more than the others, if there is one.
+    pub(super) wrong_row: Option<usize>,
     pub(super) before: Option<Structure>,
     pub(super) after: Option<Structure>,
 }
@@ -77,10 +80,13 @@ impl Judged {
             let own = data.points.iter().zip(&choice.baseline.evaluation.innovations);
             rms(own.filter(|(point, _)| point.column == mode).map(|(_, r)| r)) > largest
         };
-        let is_noise =
-            before.is_none() && is_small(&choice.baseline) && !(0..data.columns).any(is_far_off);
+        let wrong_row = worst(data, &choice.baseline.evaluation);
+        let is_noise = before.is_none()
+            && wrong_row.is_none()
+            && is_small(&choice.baseline)
+            && !(0..data.columns).any(is_far_off);
         if choice.best.fit.hypothesis.effects.is_empty() {
-            return Self { is_noise, causes: None, after: before.clone(), before };
+            return Self { is_noise, causes: None, wrong_row, after: before.clone(), before };
         }
         let left = structure(problem, &choice.best.fit);
         let after = left.as_ref().map(|s| s.clearest.clone()).filter(significant);
@@ -102,7 +108,7 @@ impl Judged {
         } else {
             Worth::Part
         };
-        Self { is_noise, causes: Some(worth), before, after }
+        Self { is_noise, causes: Some(worth), wrong_row, before, after }
     }
 }
 

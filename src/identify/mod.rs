@@ -4,7 +4,8 @@
 //! record → checked (quality) → impacts and decays (impacts, innovations)
 //!        → spectra in the band that is filled (prepare, spectra)
 //!        → poles and residues with covariances (estimate)
-//!        → modes, shapes, rotations of links (mode, links) → warnings (suspicions)
+//!        → modes, shapes, rotations of links (mode, links), held against the second half of the
+//!          decay (late) → warnings (suspicions)
 //!        → one row a pose, its shapes put together (session, shapes) → a table of modes (table)
 //! ```
 
@@ -12,6 +13,7 @@ pub mod cutting;
 mod estimate;
 mod impacts;
 mod innovations;
+mod late;
 pub mod links;
 pub mod mode;
 pub mod pose;

@@ -4,6 +4,7 @@
 use super::estimate::lscf::{StabilisationPoint, stabilisation};
 use super::estimate::subspace::{OfRandom, of_random};
 use super::estimate::{C64, Estimate, Pole, PoleEstimate, Residue, estimate};
+use super::late::hold_against_second_half;
 use super::mode::{Mode, mode_of};
 use super::prepare::{Prepared, RecordKind, lines_hz, prepare};
 use super::record::{Asked, MarkedLink, Record};
@@ -84,6 +85,8 @@ pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
             mode.support = support(&mode, &identified.stabilisation, &stretches);
             identified.modes.push(mode);
         }
+        let highest = asked.max_order.unwrap_or(HIGHEST_ORDER);
+        hold_against_second_half(record, &prepared, highest, &mut identified.modes, &mut notes);
         if identified.modes.is_empty() && has_modes {
             // What was left out is told.
         } else if identified.modes.is_empty() {

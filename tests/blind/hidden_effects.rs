@@ -201,6 +201,21 @@ fn effects_beyond_the_vocabulary_are_unexplained() {
     run.judge("Effects beyond the vocabulary", orders, &bars::BEYOND);
 }
 
+/// A cause that shows at one of twenty poses, in one frequency that is 16 % off, is no noise.
+#[test]
+fn one_frequency_that_is_far_off_is_not_consistent() {
+    let order = Order {
+        family: Family::Planar { links: 3 },
+        scenario: Scenario::Single("transverse_compliance"),
+        strength: Strength::Plain,
+        poses: [16, 44],
+        seed: 6,
+    };
+    let case = Case::draw(order).unwrap();
+    let score = judge(&case, tempfile::tempdir().unwrap().path(), false).unwrap();
+    assert_ne!(score.verdict, "consistent");
+}
+
 /// Causes may take a good part of what they have no word for; what they leave is still too large for
 /// noise.
 #[test]

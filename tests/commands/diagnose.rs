@@ -303,6 +303,34 @@ fn a_table_of_the_models_own_frequencies_is_consistent() {
     }
 }
 
+/// A digit that slipped in one frequency is no noise: the row is named where the verdict is read.
+#[test]
+fn one_frequency_that_is_far_off_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("map.csv");
+    let table = table.to_str().unwrap();
+    let range = ["--joint", "joint_2", "--from-deg", "-20", "--to-deg", "60", "--steps", "16"];
+    let mapped = detune(&[&["map", "robots/irb1600", "--output", table][..], &range[..]].concat());
+    assert!(mapped.status.success(), "{}", err(&mapped));
+    let text = std::fs::read_to_string(table).unwrap();
+    let column = text.lines().next().unwrap().split(',').position(|name| name == "f3_hz").unwrap();
+    let slipped = |(at, line): (usize, &str)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if at == 6 {
+            cells[column] = format!("{:.3}", 0.84 * cells[column].parse::<f64>().unwrap());
+        }
+        cells.join(",") + "\n"
+    };
+    std::fs::write(table, text.lines().enumerate().map(slipped).collect::<String>()).unwrap();
+    let output = detune(&["diagnose", "robots/irb1600", table]);
+    let shown = out(&output).replace('\n', " ");
+    assert!(shown.contains("row 6 of the table"), "{shown}");
+    let found = json(&["diagnose", "robots/irb1600", table, "--format", "json"]);
+    let is_aside = found["suspect_rows"] == serde_json::json!([6]);
+    assert!(is_aside || found["verdict"] == "unexplained", "{found}");
+    assert_eq!(found["findings"], serde_json::json!([]));
+}
+
 /// One pose that is measured twelve times is one state: no other can be left out, so nothing is gained and the
 /// error is no smaller than before.
 #[test]

@@ -35,6 +35,9 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> Result<String, NotFinite> {
         d.poses,
         page::text(&words::verdict(d))
     );
+    for what in words::left_out(d) {
+        body.push_str(&format!("<p>But {}.</p>\n", page::text(what)));
+    }
     d.findings.iter().for_each(|found| body.push_str(&card(found)));
     body.push_str(&errors(d));
     let show = |body: &mut String, plots: Vec<Plot>| {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::words::{estimate, finding, p_value, position, structure, symmetry, verdict};
+use super::words::{estimate, finding, left_out, p_value, position, structure, symmetry, verdict};
 use crate::diagnosis::{Diagnosis, Finding, LearnedDamping, NextPose, Verdict};
 use crate::study::diagnose::Diagnosed;
 use crate::units::percent_from_ratio;
@@ -36,6 +36,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> String {
         );
         wrapped(&mut out, "", &what);
     }
+    left_out(d).for_each(|what| wrapped(&mut out, "", &format!("But {what}.")));
     out.push('\n');
     for (i, found) in d.findings.iter().enumerate() {
         one_finding(&mut out, i + 1, found);
