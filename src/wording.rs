@@ -53,6 +53,16 @@ pub fn rounded(value: f64, decimals: i32) -> f64 {
     if scaled.is_finite() { scaled.round() / scale } else { value }
 }
 
+/// A number as people write it: with a power of ten where its zeros would have to be counted.
+pub fn plain(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-5..1e15).contains(&size) || !size.is_finite() {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
 /// Text of a user on one line: what would steer a terminal, turn the direction of writing or break
 /// XML is spelt out as `\u{1b}`.
 ///

@@ -99,7 +99,8 @@ pub(super) fn described_robot_of_text(
     let built = Robot::new(&description);
     match &built {
         Ok(robot) => {
-            let doubts = doubts(&description, robot, rigid(&raw));
+            // A stand-in for what is at fault is no figure of the files.
+            let doubts = if sound { doubts(&description, robot, rigid(&raw)) } else { Vec::new() };
             let guessed = assumed_springs(&raw);
             let own = robot.warnings().iter().chain(&doubts).chain(&guessed);
             own.for_each(|warning| files.add(warning));

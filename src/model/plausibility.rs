@@ -215,28 +215,58 @@ fn least_moment_kgm2(mass_kg: f64) -> f64 {
 
 /// Units that are not N·m/rad, or N/m.
 fn springs_out_of_scale(robot: &Robot) -> Vec<Note> {
-    let springs = || robot.coordinates().iter().filter(|coordinate| coordinate.joint.is_some());
-    let note = |own: &Coordinate| {
-        let others = springs().filter(|other| other.name != own.name && other.kind == own.kind);
-        let typical = median(others.map(|other| other.stiffness).collect())?;
-        let [least, most] = SPRING_OVER_OTHERS.map(|limit| limit * typical);
-        if (least..=most).contains(&own.stiffness) {
-            return None;
-        }
-        let (unit, key) = match own.kind {
-            CoordinateKind::Rotation => ("N·m/rad", "stiffness_nm_per_rad"),
-            CoordinateKind::Translation => ("N/m", "stiffness_n_per_m"),
-        };
+    [CoordinateKind::Rotation, CoordinateKind::Translation]
+        .into_iter()
+        .flat_map(|kind| {
+            let of_joints = robot.coordinates().iter().filter(|own| own.joint.is_some());
+            out_of_scale(&of_joints.filter(|own| own.kind == kind).collect::<Vec<_>>(), kind)
+        })
+        .collect()
+}
+
+/// Of springs of one kind.
+fn out_of_scale(springs: &[&Coordinate], kind: CoordinateKind) -> Vec<Note> {
+    let (unit, key) = match kind {
+        CoordinateKind::Rotation => ("N·m/rad", "stiffness_nm_per_rad"),
+        CoordinateKind::Translation => ("N/m", "stiffness_n_per_m"),
+    };
+    let note = |own: &Coordinate, what: String| {
         let what = format!(
-            "{} {unit}, where the median of the other joints is {}; is it in {unit}? A joint that \
-             is meant to be rigid belongs in elasticity.rigid",
-            rounded(own.stiffness, 3),
-            rounded(typical, 3)
+            "{what}; is it in {unit}? A joint that is meant to be rigid belongs in \
+             elasticity.rigid"
         );
         let place = Place::key(Part::ElasticJoint(own.name.clone()), key);
-        Some(Note::warning(Code::StiffnessScale, place, what))
+        Note::warning(Code::StiffnessScale, place, what)
     };
-    springs().filter_map(note).collect()
+    let out = |own: &&Coordinate| {
+        let others = springs.iter().filter(|other| other.name != own.name);
+        let typical = median(others.map(|other| other.stiffness).collect())?;
+        let [least, most] = SPRING_OVER_OTHERS.map(|limit| limit * typical);
+        (!(least..=most).contains(&own.stiffness)).then_some(typical)
+    };
+    let found: Vec<(&Coordinate, f64)> =
+        springs.iter().filter_map(|own| Some((*own, out(own)?))).collect();
+    if found.len() < springs.len() {
+        let alone = |&(own, typical): &(&Coordinate, f64)| {
+            let [k, typical] = [own.stiffness, typical].map(|k| rounded(k, 3));
+            note(own, format!("{k} {unit}, where the median of the other joints is {typical}"))
+        };
+        return found.iter().map(alone).collect();
+    }
+    // Two halves: which one is out of scale, neither says.
+    let (soft, stiff): (Vec<_>, Vec<_>) =
+        found.into_iter().partition(|(own, typical)| own.stiffness < *typical);
+    let half = |half: &[(&Coordinate, f64)]| {
+        let names: Vec<&str> = half.iter().map(|(own, _)| own.name.as_str()).collect();
+        let all = || half.iter().map(|(own, _)| rounded(own.stiffness, 3));
+        let [least, most] =
+            [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)];
+        let to = if most > least { format!(" to {most}") } else { String::new() };
+        format!("{} {least}{to} {unit}", names.join(", "))
+    };
+    let first = springs.first().filter(|_| !soft.is_empty());
+    let what = || format!("{}, but {}: one half of the joints", half(&stiff), half(&soft));
+    first.map(|own| note(own, what())).into_iter().collect()
 }
 
 /// A calibration that says more than its poses can.

@@ -109,8 +109,8 @@ codes! {
     TotalMass = "total_mass": Doubt,
     /// Masses and inertias that no file states, distributed from the mass of the whole arm.
     AssumedMass = "assumed_mass": Doubt,
-    /// Numbers of a robot's files that look like millimetres or grams, or inertias that no body is
-    /// compact enough for.
+    /// Numbers of a robot's files that look like millimetres, grams or degrees, or inertias that no
+    /// body is compact enough for.
     CadUnits = "cad_units": Doubt,
     /// A stiffness out of scale with those of the other joints.
     StiffnessScale = "stiffness_scale": Doubt,

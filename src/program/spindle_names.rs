@@ -1,10 +1,13 @@
 //! Names that look like the spindle's: of signals, data, procedures and comments of robot programs,
 //! which have no words of their own for it.
 
+use std::collections::HashMap;
+
 use super::cell::all;
 use super::log::Log;
 use super::{Setter, Settings};
 use crate::notes::Code;
+use crate::wording::plain;
 
 /// What stands beside `rpm` in names that are written in one.
 const BESIDE_RPM: [&str; 24] = [
@@ -58,6 +61,54 @@ pub(super) fn doubt(settings: &Settings, log: &mut Log, line: usize, name: &str)
         let what = format!(
             "'{name}' looks like a command to the spindle; path.program.spindle_from in the job \
              can say what it sets"
+        );
+        log.warning(Code::SpindleCommand, line, what);
+    }
+}
+
+/// What a program sets its analog outputs to, by their names. One that is set to two speeds may be
+/// the spindle's; one that is set to a single value, and to zero, has no other speed to be checked
+/// than the one that the job states.
+#[derive(Debug, Default)]
+pub(super) struct Analog {
+    /// `None` of those that have been told of; NaN is a value that only the run knows.
+    set: HashMap<String, Option<f64>>,
+}
+
+impl Analog {
+    /// An output, in lower case, is set; `None` where the value is not known.
+    pub(super) fn set(
+        &mut self,
+        settings: &Settings,
+        log: &mut Log,
+        line: usize,
+        name: &str,
+        value: Option<f64>,
+    ) {
+        // The job knows what sets the spindle; a telling name is told of.
+        if settings.spindle_from.is_some() || is_spindles(name) || value == Some(0.0) {
+            return;
+        }
+        let value = value.unwrap_or(f64::NAN);
+        let before = match self.set.get(name) {
+            None => {
+                self.set.insert(name.to_owned(), Some(value));
+                return;
+            }
+            Some(Some(before)) if *before != value => *before,
+            Some(_) => return,
+        };
+        self.set.insert(name.to_owned(), None);
+        let shown = |value: f64| match value.is_nan() {
+            true => "what only the run knows".to_owned(),
+            false => plain(value),
+        };
+        let what = format!(
+            "the analog output '{name}' is set to {} and then to {}: it may be the spindle's \
+             speed; path.program.spindle_from in the job can say what sets it, accept that this \
+             is not it",
+            shown(before),
+            shown(value)
         );
         log.warning(Code::SpindleCommand, line, what);
     }

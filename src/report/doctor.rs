@@ -11,17 +11,21 @@ use crate::wording::{printable, wrapped};
 pub fn examination(robot: &Examined) -> String {
     let mut text = format!("{}  {}\n", words::path(&robot.file), printable(&robot.name));
     let trust = if robot.calibrated { "calibrated" } else { "not calibrated" };
-    let mass =
-        format!("{} kg move with the joints; {trust}", words::number(robot.moving_mass_kg, 1));
+    let within = robot.within.map_or(String::new(), |share| {
+        let percent = words::trimmed(percent_from_ratio(share), 1);
+        format!("; frequencies within ± {percent} %")
+    });
+    let kg = words::number(robot.moving_mass_kg, 1);
+    let mass = format!("{kg} kg move with the joints; {trust}{within}");
     push_fact(2, "model", &mass, &mut text);
     for spring in &robot.springs {
         let unit = if spring.shifts { "N/m" } else { "N·m/rad" };
-        let off_by = match spring.std {
-            Some(std) => format!("± {} %", words::trimmed(percent_from_ratio(std), 1)),
-            None => "no standard deviation given".to_owned(),
-        };
+        let assumed = if spring.is_assumed { " assumed" } else { "" };
+        let off_by = spring.std.map_or(String::new(), |std| {
+            format!(", ± {} %{assumed}", words::trimmed(percent_from_ratio(std), 1))
+        });
         let k = words::number(spring.stiffness, 0);
-        push_fact(2, "spring", &format!("{}: {k} {unit}, {off_by}", spring.name), &mut text);
+        push_fact(2, "spring", &format!("{}: {k} {unit}{off_by}", spring.name), &mut text);
     }
     text.push_str("\n  natural frequencies, Hz\n");
     for pose in &robot.poses {

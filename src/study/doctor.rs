@@ -10,6 +10,7 @@ use crate::model::{CoordinateKind, JointKind, Robot};
 use crate::notes::{Code, Note, Place};
 use crate::progress::silent;
 use crate::risk::FIRST_FREQUENCY_HZ;
+use crate::uncertainty::{Scales, Trust};
 
 /// Random poses among which the softest and the stiffest are sought.
 const POSES: usize = 1024;
@@ -38,6 +39,9 @@ pub struct Examined {
     pub poses: Vec<ExaminedPose>,
     /// Whether it was compared with measured frequencies.
     pub calibrated: bool,
+    /// Every frequency f lies within f (1 ± this) for a check; `None` where springs, masses and
+    /// what was measured say it mode by mode.
+    pub within: Option<f64>,
     /// What is doubtful about it.
     pub warnings: Vec<Note>,
 }
@@ -51,9 +55,11 @@ pub struct Spring {
     pub stiffness: f64,
     /// Whether it shifts.
     pub shifts: bool,
-    /// What the constant may be off by, one standard deviation of its logarithm; `None` where
-    /// nobody says.
+    /// What a check takes the constant to be off by, one standard deviation of its logarithm: what
+    /// the calibration learned, or what the file states; `None` where it takes none.
     pub std: Option<f64>,
+    /// Whether nobody stated that.
+    pub is_assumed: bool,
 }
 
 /// A pose with its frequencies.
@@ -94,11 +100,22 @@ fn examined(file: &Path, robot: &Robot, warnings: &[Note]) -> Examined {
     let poses = poses(robot);
     let mut warnings = warnings.to_vec();
     warnings.extend(first_frequency(file, &poses));
-    let springs = robot.coordinates().iter().map(|coordinate| Spring {
+    let trust = Trust::of(robot, None);
+    let believed = |at: usize| match &trust {
+        Trust::Share(_) => None,
+        Trust::Belief(belief) => {
+            let mut all = belief.parameters.iter();
+            let own = all.find(|one| one.scales == Scales::Spring(at));
+            // A parameter that is exact is none.
+            Some(own.map_or((0.0, false), |one| (one.std, one.is_assumed)))
+        }
+    };
+    let springs = robot.coordinates().iter().enumerate().map(|(at, coordinate)| Spring {
         name: coordinate.name.clone(),
         stiffness: coordinate.stiffness,
         shifts: coordinate.kind == CoordinateKind::Translation,
-        std: coordinate.std,
+        std: believed(at).map(|(std, _)| std),
+        is_assumed: believed(at).is_some_and(|(_, is_assumed)| is_assumed),
     });
     let slides = |kind: JointKind| kind == JointKind::Prismatic;
     Examined {
@@ -109,6 +126,10 @@ fn examined(file: &Path, robot: &Robot, warnings: &[Note]) -> Examined {
         springs: springs.collect(),
         poses,
         calibrated: robot.calibration().is_some(),
+        within: match trust {
+            Trust::Share(share) => Some(share),
+            Trust::Belief(_) => None,
+        },
         warnings,
     }
 }

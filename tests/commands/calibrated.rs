@@ -159,3 +159,27 @@ fn a_guessed_spring_stays_a_guess_until_a_table_judged_it() {
     assert_eq!(found["verdict"], "uncertain", "{found}");
     assert_eq!(found["jobs"][0]["warnings"][0]["code"], "assumed_spring");
 }
+
+#[test]
+fn the_doctor_shows_what_a_check_takes_springs_to_be_off_by() {
+    let arm = Calibrated::new();
+    let spring = |robot: &str| {
+        fs::write(arm.folder.path().join("robot.yaml"), robot).unwrap();
+        let told = run(arm.folder.path(), &["doctor", "robot.yaml"]);
+        assert_eq!(code(&told), 0, "{}", err(&told));
+        let line = out(&told).lines().find(|line| line.contains("joint_4: ")).unwrap();
+        (line.to_owned(), out(&told).contains("frequencies within ± 10 %"))
+    };
+    let stated = |robot: &str| robot.replace("60000, ", "60000, std_percent: 69, ");
+    let bare = fs::read_to_string(repository().join("robots/irb1600/robot.yaml")).unwrap();
+    let (line, is_share) = spring(&bare);
+    assert!(is_share && !line.contains('±'), "{line}");
+    let (line, is_share) = spring(&stated(&bare));
+    assert!(!is_share && line.ends_with("± 69 %"), "{line}");
+    let (line, is_share) = spring(&bare.replace("50000, ", "50000, std_percent: 69, "));
+    assert!(!is_share && line.ends_with("± 10 % assumed"), "{line}");
+    // What the file says of the spring, the calibration has learned better.
+    let (line, is_share) = spring(&stated(&arm.robot));
+    assert!(!is_share && line.contains('±'), "{line}");
+    assert!(!line.contains("69 %") && !line.contains("assumed"), "{line}");
+}

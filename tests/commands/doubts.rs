@@ -346,3 +346,35 @@ fn a_stopped_spindle_two_lengths_and_no_unit_are_told_with_the_verdict() {
         assert_eq!(verdict(inches, &format!(", unit: {unit}")), is("clear", ""));
     }
 }
+
+#[test]
+fn a_schedule_that_ends_early_and_a_speed_of_many_zeros_are_told() {
+    let bench = Bench::new(STEADY, &policy(""));
+    let job = fs::read_to_string(bench.0.path().join("job.yaml")).unwrap();
+    let with = |speed: &str| {
+        let job = job.replace("spindle_rpm: 24000", speed);
+        fs::write(bench.0.path().join("job.yaml"), job).unwrap();
+    };
+    let told = || {
+        let found = bench.json()["warnings"].as_array().unwrap().clone();
+        let texts = found.iter().map(|own| own["text"].as_str().unwrap().to_owned());
+        texts.filter(|text| text.contains("spindle_schedule")).collect::<Vec<_>>()
+    };
+    with("spindle_schedule: [{s: 0.25, rpm: 24000}, {s: 0.5, rpm: 23000}]");
+    let called = "job.yaml:7: operation 'rough': spindle_schedule";
+    assert_eq!(
+        told(),
+        [
+            format!(
+                "{called} starts at s = 0.25 and says nothing before; 24000 rpm is taken to hold"
+            ),
+            format!("{called} ends at s = 0.5 and says nothing behind; 23000 rpm is taken to hold"),
+        ]
+    );
+    with("spindle_schedule: [{s: 0, rpm: 24000}, {s: 1, rpm: 23000}]");
+    assert!(told().is_empty());
+    with("spindle_rpm: 1e-300");
+    let refused = bench.check(&[]);
+    assert_eq!(code(&refused), 2);
+    assert!(err(&refused).contains("spindle_rpm is 1e-300, must lie in"), "{}", err(&refused));
+}

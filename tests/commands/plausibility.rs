@@ -11,7 +11,7 @@ use detune::progress::silent;
 use detune::study::check::ReadJobs;
 use detune::units::Date;
 
-use crate::program::{json, repository, run};
+use crate::program::{code, err, json, repository, run};
 
 fn original(file: &str) -> String {
     fs::read_to_string(repository().join("robots/irb1600").join(file)).unwrap()
@@ -94,6 +94,60 @@ fn a_spring_of_another_unit_is_doubted() {
         assert_doubt(&with(stiffness), &urdf, Code::StiffnessScale, "joint_5: {", &says);
     }
     assert_eq!(warnings(&with("5e6"), &urdf).unwrap(), []);
+}
+
+#[test]
+fn springs_in_two_halves_out_of_scale_are_told_once() {
+    let urdf = original("irb1600.urdf");
+    let scaled = |[soft, stiff]: [&str; 2]| {
+        let line = |line: &str| {
+            let (key, rest) = line.split_once("stiffness_nm_per_rad: ")?;
+            let own = if key.contains('1') || key.contains('2') || key.contains('3') {
+                stiff
+            } else {
+                soft
+            };
+            Some(format!("{key}stiffness_nm_per_rad: {own}{}", &rest[rest.find(',')?..]))
+        };
+        let yaml = original("robot.yaml");
+        yaml.lines().map(|own| line(own).unwrap_or_else(|| own.to_owned()) + "\n").collect()
+    };
+    let yaml: String = scaled(["120000", "280000000"]);
+    let says = [
+        "joint_1, joint_2, joint_3 280000000 N·m/rad, but joint_4, joint_5, joint_6 120000 N·m/rad",
+        "is it in N·m/rad?",
+    ];
+    assert_doubt(&yaml, &urdf, Code::StiffnessScale, "joint_1: {", &says);
+    assert_eq!(warnings(&scaled(["120000", "2800000"]), &urdf).unwrap(), []);
+}
+
+#[test]
+fn no_warning_shows_a_stand_in_for_what_is_at_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("irb1600.urdf"), original("irb1600.urdf")).unwrap();
+    let yaml = original("robot.yaml").replace("555000", ".nan");
+    fs::write(folder.path().join("robot.yaml"), yaml).unwrap();
+    let output = run(folder.path(), &["doctor", "robot.yaml"]);
+    assert_eq!(code(&output), 2);
+    assert!(err(&output).contains("stiffness_nm_per_rad is .nan"), "{}", err(&output));
+    assert!(!err(&output).contains("median"), "{}", err(&output));
+}
+
+#[test]
+fn angles_beyond_a_turn_are_doubted() {
+    let urdf = original("irb1600.urdf");
+    let with = |rpy: &str| {
+        let at = urdf.find("<joint name=\"joint_3\"").unwrap();
+        let origin = at + urdf[at..].find("<origin").unwrap();
+        let end = origin + urdf[origin..].find("/>").unwrap();
+        let own = &urdf[origin..end];
+        let xyz = own.split("rpy").next().unwrap();
+        format!("{}{xyz} rpy=\"{rpy}\"{}", &urdf[..origin], &urdf[end..])
+    };
+    let says = ["joint 'joint_3': <origin> rpy is \"30 10 -40\"", "is it in degrees?"];
+    let yaml = original("robot.yaml");
+    assert_doubt(&yaml, &with("30 10 -40"), Code::CadUnits, "30 10 -40", &says);
+    assert_eq!(warnings(&yaml, &with("0 6.2832 -3.1416")).unwrap(), []);
 }
 
 #[test]

@@ -19,6 +19,7 @@ use crate::job::{Operation, Spindle, SpindleSpeed, Tool, stretch_of};
 use crate::motion::Move;
 use crate::notes::{Code, Note, Place};
 use crate::units::m_per_s_from_mm_per_min;
+use crate::wording::plain;
 
 /// Keys of the speed.
 const SPEEDS: [&str; 2] = ["spindle_rpm", "spindle_schedule"];
@@ -244,8 +245,8 @@ impl<'j> Reader<'j> {
         if let Some(Spindle { min_rpm, max_rpm, .. }) = spindle
             && !(*min_rpm..=*max_rpm).contains(&rpm)
         {
-            let what =
-                format!("{what} is {rpm}, must lie in the spindle's range {min_rpm}..{max_rpm}");
+            let [rpm, least, most] = [rpm, *min_rpm, *max_rpm].map(plain);
+            let what = format!("{what} is {rpm}, must lie in the spindle's range {least}..{most}");
             self.notes.error(Code::Value, line, what);
         }
     }
@@ -275,6 +276,19 @@ impl<'j> Reader<'j> {
                     pair[0].0
                 );
                 self.notes.error(Code::Value, line, what);
+            }
+        }
+        if let [(from, first), .., (to, last)] = points[..] {
+            let held = |when: &str, rpm: f64| {
+                format!("{called}: spindle_schedule {when}; {} rpm is taken to hold", plain(rpm))
+            };
+            let starts = (from > 0.0).then(|| {
+                held(&format!("starts at s = {} and says nothing before", plain(from)), first)
+            });
+            let ends = (to < 1.0)
+                .then(|| held(&format!("ends at s = {} and says nothing behind", plain(to)), last));
+            for what in starts.into_iter().chain(ends) {
+                self.notes.warning(Code::Assumed, node.line_at(&own), what);
             }
         }
         Some(SpindleSpeed::Schedule(points))

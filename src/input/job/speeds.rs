@@ -10,6 +10,7 @@ use crate::job::{Spindle, SpindleSpeed};
 use crate::motion::Move;
 use crate::notes::{Code, Note, Place};
 use crate::units::mm_per_min_from_m_per_s;
+use crate::wording::plain;
 
 /// Speeds beyond these are slips of the pen, rev/min.
 const RPM: std::ops::RangeInclusive<f64> = 1e-3..=1e7;
@@ -83,14 +84,15 @@ impl Reader<'_> {
             let Some(rpm) = stretch.rpm else { continue };
             let line = line_of(program, moves, stretch, rpm);
             let place = Place { line: Some(line), ..Place::file(&program.file) };
+            let shown = plain(rpm);
             if !RPM.contains(&rpm) {
-                let what = format!("the spindle's speed is {rpm} rpm, which no spindle has");
+                let what = format!("the spindle's speed is {shown} rpm, which no spindle has");
                 self.programs.errors.push(Note::error(Code::Value, place, what));
             } else if let Some(Spindle { min_rpm, max_rpm, .. }) = spindle
                 && !(*min_rpm..=*max_rpm).contains(&rpm)
             {
                 let what = format!(
-                    "commands {rpm} rpm, outside the spindle's range {min_rpm}..{max_rpm} ({})",
+                    "commands {shown} rpm, outside the spindle's range {min_rpm}..{max_rpm} ({})",
                     said.called
                 );
                 let warning = Note::warning(Code::SpindleCommand, place, what);

@@ -413,10 +413,26 @@ impl Auditor<'_> {
             );
         } else {
             self.numbers(owner, &origin, "rpy", 3, "0 0 0");
+            self.doubt_degrees(owner, &origin, line);
             self.numbers(owner, &origin, "quat_xyzw", 4, "0 0 0 1");
         }
         self.plain.push_str("/>");
         Some(line)
+    }
+
+    /// Angles beyond a whole turn, with what rounding adds to it.
+    fn doubt_degrees(&mut self, owner: &str, origin: &Node<'_, '_>, line: usize) {
+        const TURN_RAD: f64 = std::f64::consts::TAU + 0.01;
+        let rpy = origin.attribute("rpy").unwrap_or_default();
+        let is_beyond = |word: &str| word.parse::<f64>().is_ok_and(|angle| angle.abs() > TURN_RAD);
+        if rpy.split_whitespace().any(is_beyond) {
+            let what = format!(
+                "{owner}: <origin> rpy is \"{}\", more than a whole turn; is it in degrees? A URDF \
+                 has radians",
+                rpy.split_whitespace().collect::<Vec<_>>().join(" ")
+            );
+            self.notes.warning(Code::CadUnits, line, what);
+        }
     }
 
     fn link(&mut self, node: &Node<'_, '_>) -> Option<LinkFacts> {

@@ -63,8 +63,8 @@ impl Run<'_> {
         }
     }
 
-    /// Tells of the first move behind the statement that has ended the program: up to a label that
-    /// is gone to, or the end of a branch.
+    /// Tells of the first move behind a statement that has ended the program, or goes elsewhere in
+    /// any case: up to a label that is gone to, or the end of a branch.
     pub(super) fn doubt_behind(&mut self, end: &Statement) {
         let all = &self.source.statements;
         let is_gone_to = |label: i64| {

@@ -10,6 +10,7 @@ use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_call, set_by_comment, set_by_name};
 use crate::program::log::Log;
+use crate::program::spindle_names::Analog;
 
 /// Statements that loops may run beyond one pass through the program.
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
@@ -108,6 +109,7 @@ pub(super) struct Run<'a> {
     loops: Vec<(usize, i64, f64, f64)>,
     /// Registers that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<i64>,
+    analog: Analog,
 }
 
 impl<'a> Run<'a> {
@@ -129,6 +131,7 @@ impl<'a> Run<'a> {
             budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             loops: Vec::new(),
             given_on: HashSet::new(),
+            analog: Analog::default(),
         }
     }
 
@@ -185,7 +188,10 @@ impl<'a> Run<'a> {
             "PR" => self.assign_position(text)?,
             "AR" => {}
             "LBL" => {}
-            "JMP" => self.jump(text, line)?,
+            "JMP" => {
+                self.doubt_behind(statement);
+                self.jump(text, line)?;
+            }
             "CALL" => self.call(text, statement),
             "RUN" => {
                 let name = text.get(3..).unwrap_or("").trim();
@@ -203,6 +209,7 @@ impl<'a> Run<'a> {
             "FOR" => self.for_loop(text)?,
             "ENDFOR" => self.end_for(),
             "WAIT" => self.wait(text, line),
+            "PULSE" => self.pulse(line, text),
             "UFRAME" => self.set_frame(line, "UFRAME", text)?,
             "UTOOL" => self.set_frame(line, "UTOOL", text)?,
             "PAYLOAD" => self.set_payload(text, line)?,
@@ -252,6 +259,10 @@ impl<'a> Run<'a> {
         if is_signal(name) {
             if !sets {
                 self.doubt_signal(statement.line, name, value);
+            }
+            if starts_with(name, "AO[") {
+                let value = self.registers.value(value).ok();
+                self.analog.set(self.settings, self.log, statement.line, &signal_key(name), value);
             }
             self.registers.set_signal(name, value);
         }
@@ -323,11 +334,20 @@ impl<'a> Run<'a> {
         (self.registers.value(part), span)
     }
 
+    /// `DO[1]=PULSE,0.5sec` sets an output as `PULSE DO[1]` does: at its end it is what it was, or
+    /// not.
+    fn pulse(&mut self, line: usize, text: &str) {
+        let name = text.get(5..).unwrap_or("").trim();
+        let end = name.find(']').map_or(name.len(), |at| at + 1);
+        let name = name.get(..end).unwrap_or(name);
+        self.registers.forget_signal(name);
+        self.doubt_signal(line, name, "");
+    }
+
     fn wait(&mut self, text: &str, line: usize) {
         let rest = text.get(4..).unwrap_or("").trim();
         let Some(time) = rest.strip_suffix("(sec)").or(rest.strip_suffix("sec")) else {
-            // For a signal: how long is known only at run time.
-            return;
+            return self.wait_for(rest, line);
         };
         match self.registers.value(time) {
             Ok(seconds) => self.log.dwell(line, seconds),
@@ -335,6 +355,30 @@ impl<'a> Run<'a> {
                 let what = format!("WAIT: {why}; the time is left out");
                 self.log.warning(Code::LeftOut, line, what);
             }
+        }
+    }
+
+    /// For a signal: how long is known only at run time. One that the program itself has set
+    /// otherwise is set by somebody else; `TIMEOUT,LBL[1]` goes elsewhere when it does not come.
+    fn wait_for(&mut self, rest: &str, line: usize) {
+        let (condition, label) = match rest.split_once("TIMEOUT") {
+            Some((condition, label)) => (condition, Some(label)),
+            None => (rest, None),
+        };
+        let condition = condition.trim().trim_end_matches(',');
+        if self.registers.truth(condition) == Ok(true) {
+            return;
+        }
+        for name in signals_in(condition) {
+            self.registers.forget_signal(name);
+        }
+        if let Some(label) = label {
+            let what = format!(
+                "WAIT {condition}: when that does not come in time, the program goes on at {}, \
+                 which is not read",
+                label.trim_matches([',', ' '])
+            );
+            self.log.warning(Code::MotionLeftOut, line, what);
         }
     }
 
@@ -420,6 +464,10 @@ impl<'a> Run<'a> {
             }
             Ok(true) if action.starts_with("R[") => self.assign(statement.line, action, statement),
             Ok(true) if action.starts_with("PR[") => self.assign_position(action),
+            Ok(true) | Err(_) if starts_with(action, "PULSE") => {
+                self.pulse(statement.line, action);
+                Ok(())
+            }
             Ok(true) => Err(format!("'{action}' is not understood behind IF")),
             Err(_) if action.starts_with('$') && !action.contains("OVERRIDE") => {
                 self.system_variable(action, statement.line)
@@ -524,6 +572,16 @@ impl<'a> Run<'a> {
             self.next = start;
         }
     }
+}
+
+/// The signals in a condition: `DI[1:part]=ON AND !DO[2]`.
+fn signals_in(condition: &str) -> impl Iterator<Item = &str> {
+    let parts = condition.split(" AND ").flat_map(|part| part.split(" OR "));
+    let names = parts.filter_map(|part| {
+        let name = part.trim_matches([' ', '!', '(']);
+        name.get(..name.find(']')? + 1)
+    });
+    names.filter(|name| name.contains('['))
 }
 
 fn is_signal(name: &str) -> bool {

@@ -26,6 +26,10 @@ impl<'a> Run<'a> {
             return;
         }
         self.doubt_assignment(line, path, expr);
+        if path.name == "$anout" {
+            let value = value.clone().num().ok();
+            self.analog.set(self.settings, self.log, line, &key, value);
+        }
         match self.set_motion(line, path, &value) {
             Ok(true) => {}
             // Last by the program or by what the run decides.

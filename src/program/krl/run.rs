@@ -12,6 +12,7 @@ use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_name};
 use crate::program::log::Log;
+use crate::program::spindle_names::Analog;
 use crate::program::unread::behind;
 
 /// Calls, blocks and expressions in one another.
@@ -63,6 +64,7 @@ pub(super) struct Run<'a> {
     pub(super) timed: HashSet<String>,
     /// Data that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<&'a str>,
+    pub(super) analog: Analog,
     /// Of the data that data lists declare.
     pub(super) types: HashMap<String, Type>,
     /// The data of the routines that run, the innermost last.
@@ -115,6 +117,7 @@ impl<'a> Run<'a> {
             forgotten: HashSet::new(),
             timed: HashSet::new(),
             given_on: HashSet::new(),
+            analog: Analog::default(),
             types: HashMap::new(),
             frames: Vec::new(),
             depth: 0,
@@ -177,6 +180,7 @@ impl<'a> Run<'a> {
             match self.statement(statement) {
                 Flow::Next => {}
                 Flow::Jump => {
+                    self.doubt_behind(statement, block.get(next..).unwrap_or_default());
                     let Some((line, label)) = self.jump else { return Flow::Jump };
                     let is_label =
                         |each: &Statement| matches!(&each.what, What::Label(own) if own == label);
@@ -206,6 +210,7 @@ impl<'a> Run<'a> {
         let end = match end.what {
             What::Return(_) => "RETURN",
             What::Exit => "EXIT",
+            What::Goto(_) => "GOTO",
             _ => return,
         };
         let mut rest = rest.iter().take_while(|each| !matches!(each.what, What::Label(_)));

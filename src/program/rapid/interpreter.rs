@@ -9,6 +9,7 @@ use crate::motion::Load;
 use crate::program::Settings;
 use crate::program::cell::{Comments, External};
 use crate::program::log::Log;
+use crate::program::spindle_names::Analog;
 
 /// Declarations, expressions and calls in one another beyond this are refused.
 pub(super) const MAX_DEPTH: usize = 120;
@@ -66,6 +67,7 @@ pub(super) struct Interpreter<'a> {
     pub(super) timed: Timed<'a>,
     /// Data that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<&'a str>,
+    pub(super) analog: Analog,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
     /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
@@ -98,6 +100,7 @@ impl<'a> Interpreter<'a> {
             outputs: HashMap::new(),
             timed: Timed::of(file),
             given_on: HashSet::new(),
+            analog: Analog::default(),
             gripped: Ok(None),
         }
     }

@@ -21,12 +21,16 @@ fn references(args: &Args) -> impl Iterator<Item = &str> {
 
 impl<'a> Interpreter<'a> {
     /// Keeps what an output is set to; one that an instruction names otherwise is no longer known.
-    pub(super) fn set_output(&mut self, key: &str, args: &'a Args) {
+    pub(super) fn set_output(&mut self, line: usize, key: &str, args: &'a Args) {
         let (true, Some(Expr::Ref(signal))) = (SETS.contains(&key), args.positional.first()) else {
             return self.forget_outputs(args);
         };
         let name = signal.name.key.as_str();
         let given = args.positional.get(1).map(|expr| self.eval(expr));
+        if key == "setao" {
+            let value = given.clone().and_then(|value| value.num().ok());
+            self.analog.set(self.settings, self.log, line, name, value);
+        }
         // Another name of a signal: it may be any.
         let is_local = self.frames.last().is_some_and(|frame| frame.contains_key(name));
         if is_local || self.file.data.contains_key(name) {

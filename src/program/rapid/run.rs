@@ -406,7 +406,7 @@ impl<'a> Interpreter<'a> {
     fn call(&mut self, line: usize, name: &'a Name, args: &'a Args) -> Flow {
         let key = name.key.as_str();
         let sets = self.sets(line, name, args);
-        self.set_output(key, args);
+        self.set_output(line, key, args);
         if let Some(routine) = self.file.procedures.get(key) {
             self.doubt_procedure(line, routine);
             return match self.call_routine(routine, args) {

@@ -305,11 +305,12 @@ fn jumps_of_krl() {
                 GOTO DONE\nLIN_REL {Y 99}\nDONE:";
     let program = krl_with(body, "").unwrap();
     assert_eq!(program.moves.len(), 4);
-    assert_eq!((krl_x(body, ""), doubts(&program)), (30.0, vec![]));
+    assert_eq!((krl_x(body, ""), doubts(&program)), (30.0, vec![(Code::MotionLeftOut, 13)]));
     let out = "LOOP\nLIN_REL {X 10}\nGOTO DONE\nENDLOOP\nDONE:\nLIN_REL {X 1}";
     assert_eq!(krl_x(out, ""), 11.0);
     let endless = krl_with("AGAIN:\nLIN_REL {X 10}\nGOTO AGAIN\nLIN_REL {X 1}", "").unwrap();
-    assert_eq!((endless.moves.len(), doubts(&endless)), (2, vec![(Code::MotionLeftOut, 6)]));
+    let told = vec![(Code::MotionLeftOut, 6), (Code::MotionLeftOut, 7)];
+    assert_eq!((endless.moves.len(), doubts(&endless)), (2, told));
     let branch = "IF $IN[1] THEN\nGOTO DONE\nENDIF\nLIN_REL {X 1}\nDONE:";
     refused(krl_with(branch, ""), "IF decides about motion");
     refused(krl_with("GOTO ELSEWHERE", "DEF q()\nELSEWHERE:\nEND\n"), "no label 'elsewhere'");

@@ -314,3 +314,67 @@ fn blocks_of_heidenhain_that_may_be_skipped_are_a_doubt() {
     assert_eq!(told(&program, Code::MotionLeftOut), [2]);
     assert_eq!(program.moves.len(), 3);
 }
+
+#[test]
+fn moves_that_an_unconditional_jump_passes_over_are_a_doubt() {
+    let passed = |body: &str| told(&of_krl(body, &settings()), Code::MotionLeftOut);
+    assert_eq!(passed("GOTO E\nLIN_REL {X 5}\nE:"), [5]);
+    assert_eq!(passed("GOTO E\nWAIT SEC 1\nE:"), NONE);
+    assert_eq!(passed("IF 1==1 THEN\nGOTO E\nLIN_REL {X 5}\nENDIF\nE:"), [6]);
+    // Another way leads to what is passed over.
+    assert_eq!(passed("IF 1==2 THEN\nGOTO M\nENDIF\nGOTO E\nM:\nLIN_REL {X 5}\nE:"), NONE);
+    let passed = |body: &str| told(&of_tp(body, &settings()), Code::MotionLeftOut);
+    assert_eq!(passed("JMP LBL[1] ;\nL P[1] 5mm/sec FINE ;\nLBL[1]"), [5]);
+    assert_eq!(passed("JMP LBL[1] ;\nWAIT 1.00(sec) ;\nLBL[1]"), NONE);
+    let other = "IF R[1]=1,JMP LBL[2] ;\nJMP LBL[1] ;\nLBL[2] ;\nL P[1] 5mm/sec FINE ;\nLBL[1]";
+    assert_eq!(passed(&format!("R[1]=0 ;\n{other}")), NONE);
+}
+
+#[test]
+fn a_pulse_and_a_wait_of_tp_leave_the_signal_unknown() {
+    let refuses = |body: &str| {
+        let body = format!("{body} ;\nIF DO[1]=ON,JMP LBL[1] ;\nL P[1] 5mm/sec FINE ;\nLBL[1]");
+        read(tp_text(&body, "UF : 0, UT : 0").as_bytes(), Dialect::Fanuc, &settings()).is_err()
+    };
+    assert!(!refuses("DO[1]=OFF"));
+    assert!(!refuses("DO[1]=OFF ;\nPULSE DO[2],0.5sec"));
+    assert!(!refuses("DO[1]=OFF ;\nWAIT DO[1]=OFF"));
+    assert!(!refuses("DO[1]=OFF ;\nWAIT DI[3]=ON"));
+    for body in ["PULSE DO[1],0.5sec", "DO[1]=PULSE,0.5sec", "WAIT DO[1]=ON", "WAIT DO[1:a b]=ON"] {
+        assert!(refuses(&format!("DO[1]=OFF ;\n{body}")), "{body}");
+    }
+    let timeout = |body: &str, job: &Settings| {
+        let body = format!("{body} TIMEOUT,LBL[1] ;\nLBL[1]");
+        told(&of_tp(&body, job), Code::MotionLeftOut)
+    };
+    assert_eq!(timeout("WAIT DI[3]=ON", &settings()), [4]);
+    let assume = [("di[3]".to_owned(), Assumed::Truth(true))].into();
+    assert_eq!(timeout("WAIT DI[3]=ON", &Settings { assume, ..settings() }), NONE);
+    let pulsed = told(&of_tp("PULSE DO[5:Spindle on],1.0sec", &settings()), Code::SpindleCommand);
+    assert_eq!(pulsed, [4]);
+}
+
+#[test]
+fn an_analog_output_that_is_set_to_two_speeds_is_a_doubt() {
+    let rapid = |body: &str, job: &Settings| {
+        let body = format!("MoveL p,v5,fine,tool0;\n{body}\nMoveL Offs(p,1,0,0),v5,fine,tool0;");
+        told(&of(&module(&body), Dialect::Rapid, job), Code::SpindleCommand).len()
+    };
+    let krl = |body: &str, job: &Settings| told(&of_krl(body, job), Code::SpindleCommand).len();
+    let tp = |body: &str, job: &Settings| told(&of_tp(body, job), Code::SpindleCommand).len();
+    for (body, expected) in [("3000", 0), ("3000;0;3000;0", 0), ("0;3000;5000;3000", 1)] {
+        let all = |before: &str, end: &str| {
+            let each = body.split(';').map(|value| format!("{before}{value}{end}"));
+            each.collect::<Vec<_>>().join("\n")
+        };
+        let two = all("SetAO ao1,", ";");
+        let three = all("AO[1]=", " ;");
+        let three = three.trim_end_matches(" ;");
+        assert_eq!(rapid(&two, &settings()), expected, "{two}");
+        assert_eq!(krl(&all("$ANOUT[1]=", ""), &settings()), expected, "{body}");
+        assert_eq!(tp(three, &settings()), expected, "{three}");
+        assert_eq!(rapid(&two, &signal("ao2")), 0);
+    }
+    assert_eq!(rapid("SetAO ao1,3;\nSetAO ao2,5;", &settings()), 0);
+    assert_eq!(rapid("SetAO ao1,3;\nSetAO ao1,AInput(ai1);", &settings()), 1);
+}
