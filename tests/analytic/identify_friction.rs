@@ -5,9 +5,10 @@
 
 use crate::identify::{asked, record};
 use crate::vibration::{C64, noisy, seeded};
+use detune::identify::mode::Mode;
 use detune::identify::record::Quantity;
 use detune::identify::record_modes::{IdentifiedRecord, identify_record};
-use detune::notes::Code;
+use detune::notes::{Code, Note};
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
 const RATE: f64 = 400.0;
