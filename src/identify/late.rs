@@ -25,8 +25,9 @@ const MIN_SHARE: f64 = 5e-4;
 /// Of a late mode that is less certain than this share of its frequency nothing is said.
 const MAX_STD: f64 = 0.02;
 
-/// Widens the deviations of modes that lie elsewhere in the second half of the last decay, with a
-/// warning; `highest` is the highest order of the stabilisation diagram.
+/// Takes modes that lie elsewhere in the second half of the last decay from there, with a warning
+/// and half of the change as standard deviation; `highest` is the highest order of the
+/// stabilisation diagram.
 pub(super) fn hold_against_second_half(
     record: &Record,
     prepared: &Prepared,
@@ -61,13 +62,16 @@ fn hold_against(mode: &mut Mode, late: &Mode, notes: &mut Notes) {
     let what = format!(
         "the mode at {:.3} Hz (damping ratio {:.4}) lies at {:.3} Hz ({:.4}) in the second half of \
          its decay: it changes with amplitude by no law that the fit knows, such as play or \
-         friction; the standard deviations given cover both, the second half is nearer to small \
-         amplitudes",
+         friction; what is given is the second half's, which is nearer to small amplitudes, with \
+         half of the change as standard deviation",
         mode.frequency_hz, mode.damping_ratio, late.frequency_hz, late.damping_ratio
     );
     notes.warning(Code::AmplitudeDependent, None, what);
-    mode.frequency_std_hz = mode.frequency_std_hz.hypot(apart);
-    mode.damping_std = mode.damping_std.hypot(mode.damping_ratio - late.damping_ratio);
+    let change = 0.5 * (mode.damping_ratio - late.damping_ratio).abs();
+    mode.frequency_std_hz = late.frequency_std_hz.hypot(0.5 * apart);
+    mode.damping_std = late.damping_std.hypot(change);
+    mode.frequency_hz = late.frequency_hz;
+    mode.damping_ratio = late.damping_ratio;
 }
 
 /// The mode whose frequency is nearest, as far as one is near.

@@ -159,7 +159,8 @@ codes! {
     /// Nobody says where the tool ends, so it is taken at the robot's tip, and a line meets a mode
     /// that hardly moves that.
     TcpAssumed = "tcp_assumed": Remark,
-    /// One row of the table is off by far more than the others, and no other bears out why.
+    /// One row of the table is off by far more than the others, and no other bears out what may
+    /// explain it.
     Outlier = "outlier": Remark,
     /// The program declares a tool mass other than the job or the robot file.
     ToolMass = "tool_mass": Remark,

@@ -442,7 +442,7 @@ fn a_schedule_that_the_spindle_cannot_follow_is_told() {
     let bench = Bench::new();
     let job = fs::read_to_string(bench.path().join("clear.yaml")).unwrap().replace(
         "spindle_rpm: 1200",
-        "spindle_schedule: [{s: 0, rpm: 1200}, {s: 0.5, rpm: 1210}, {s: 0.5001, rpm: 1310}]",
+        "spindle_schedule: [{s: 0, rpm: 1200}, {s: 0.5, rpm: 1210}, {s: 0.5001, rpm: 1310}, {s: 1, rpm: 1310}]",
     );
     for (most, warns) in [("5", true), ("1e6", false)] {
         let limited = job.replace(
