@@ -22,6 +22,11 @@ const MIN_MAC: f64 = 0.9;
 const SIGNIFICANT: f64 = 5.0;
 const MIN_SHARE: f64 = 5e-4;
 
+/// A mode decays, by so many standard deviations of its damping ratio and by no less than this one:
+/// what does not is a tone that outlives it.
+const DECAYS: f64 = 3.0;
+const MIN_RATIO: f64 = 3e-4;
+
 /// Of a late mode that is less certain than this share of its frequency nothing is said.
 const MAX_STD: f64 = 0.02;
 
@@ -133,7 +138,9 @@ fn modes_within(record: &Record, band_hz: [f64; 2], highest: usize) -> Option<Ve
     let (_, starts) = starts(&prepared, highest, &mut Vec::new());
     let found = estimate(&mut prepared.blocks, &starts, highest / 2)?;
     let is_certain = |of: &&PoleEstimate| {
-        of.pole.is_driven && of.pole.ratio() > 0.0 && of.omega_std < MAX_STD * of.pole.omega()
+        of.pole.is_driven
+            && of.pole.ratio() > MIN_RATIO.max(DECAYS * of.ratio_std)
+            && of.omega_std < MAX_STD * of.pole.omega()
     };
     let certain = found.poles.iter().filter(is_certain);
     Some(certain.map(|pole| mode_of(record, &prepared, pole)).collect())

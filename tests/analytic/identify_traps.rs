@@ -2,7 +2,8 @@
 //! springs that are stiffer on one side. All motion is integrated in time (Runge-Kutta).
 
 use crate::identify::{asked, record};
-use crate::vibration::{gauss, seeded};
+use crate::vibration::{TrueMode, gauss, hammered, noisy, seeded};
+use detune::identify::mode::Mode;
 use detune::identify::pose::Pose;
 use detune::identify::record::{Asked, Conditions, Measurement, Quantity, Record, Session};
 use detune::identify::record_modes::{IdentifiedRecord, identify_record};
@@ -377,4 +378,27 @@ fn a_record_a_thousand_times_as_fast_as_the_others_is_told() {
         found.into_iter().filter(|note| note.code == Code::Units).count()
     };
     assert_eq!((told(500e3), told(5e3)), (1, 0));
+}
+
+/// A steady tone beside a mode outlives it after a blow, and is not that mode at small amplitudes.
+#[test]
+fn a_tone_that_outlives_a_mode_is_not_taken_for_it() {
+    const RATE: f64 = 400.0;
+    let modes = [TrueMode::new(47.0, 0.03, &[1.0]), TrueMode::new(21.0, 0.02, &[0.8])];
+    let force: Vec<f64> =
+        (0..1200).map(|k| if (40..43).contains(&k) { 80.0 } else { 0.0 }).collect();
+    let clean = hammered(&modes, 0, 2, RATE, &force);
+    let loudest = clean[0].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    let tone = |k: usize| 0.03 * loudest * (std::f64::consts::TAU * 49.3 * k as f64 / RATE).sin();
+    let seen: Vec<f64> = clean[0].iter().enumerate().map(|(k, y)| y + tone(k)).collect();
+    for seed in 0..4 {
+        let seen = noisy(&[seen.clone()], 0.01, &mut seeded(seed));
+        let record = record(RATE, Some(force.clone()), seen, Quantity::Acceleration);
+        let found = identify_record(&record, &asked(&[]));
+        let near = |mode: &&Mode| (mode.frequency_hz / 47.0 - 1.0).abs() < 0.02;
+        let own = found.modes.iter().find(near);
+        let own = own.unwrap_or_else(|| panic!("{:?} {:?}", found.modes, found.warnings));
+        assert!((own.frequency_hz - 47.0).abs() < 4.0 * own.frequency_std_hz, "{own:?}");
+        assert!(own.frequency_std_hz < 0.005 * 47.0, "{own:?}");
+    }
 }
