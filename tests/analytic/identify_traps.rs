@@ -392,7 +392,7 @@ fn a_tone_that_outlives_a_mode_is_not_taken_for_it() {
     let tone = |k: usize| 0.03 * loudest * (std::f64::consts::TAU * 49.3 * k as f64 / RATE).sin();
     let seen: Vec<f64> = clean[0].iter().enumerate().map(|(k, y)| y + tone(k)).collect();
     for seed in 0..4 {
-        let seen = noisy(&[seen.clone()], 0.01, &mut seeded(seed));
+        let seen = noisy(std::slice::from_ref(&seen), 0.01, &mut seeded(seed));
         let record = record(RATE, Some(force.clone()), seen, Quantity::Acceleration);
         let found = identify_record(&record, &asked(&[]));
         let near = |mode: &&Mode| (mode.frequency_hz / 47.0 - 1.0).abs() < 0.02;
