@@ -30,7 +30,7 @@ const WRONG: f64 = 6.0;
 /// and a second one of them by this many,
 const SECOND_WRONG: f64 = 4.0;
 
-/// or one frequency alone by this many.
+/// or, where it has just one, that by this many.
 const ALONE_WRONG: f64 = 12.0;
 
 /// More rows than one in so many are no slips.
@@ -84,7 +84,7 @@ impl<'c> Question<'_, 'c> {
         let most = (all.rows.len() / ROWS_PER_SLIP).max(1);
         let mut aside: Vec<usize> = Vec::new();
         let (mut data, mut choice) = (all.clone(), first.clone());
-        while let Some(row) = worst(&data, &choice.best.fit.evaluation) {
+        while let Some(row) = worst(&data, &choice.best.fit.evaluation, is_wrong) {
             let index = data.rows[row].index;
             if aside.len() == most {
                 // So many are no slips but something that nobody knows.
@@ -176,8 +176,13 @@ impl<'c> Question<'_, 'c> {
     }
 }
 
-/// The row that is most wrong, if one is, by the noise of the others.
-pub(super) fn worst(data: &Data, evaluation: &Evaluation) -> Option<usize> {
+/// The row that is most off, if `is_wrong` says of one by how many times the noise of the others
+/// its frequencies are off that it is wrong.
+pub(super) fn worst(
+    data: &Data,
+    evaluation: &Evaluation,
+    is_wrong: impl Fn(&[f64]) -> bool,
+) -> Option<usize> {
     /// No row of a table of some size has more of its noise than this.
     const SHARE_OF_ONE: f64 = 0.5;
     let off = |row: usize, scale: f64| -> Vec<f64> {
@@ -210,9 +215,14 @@ fn is_wrong(off: &[f64]) -> bool {
     match sizes[..] {
         [] => false,
         [one] => one > ALONE_WRONG,
-        [first, second, ..] => {
-            let together = crate::statistics::rms(sizes.iter().copied());
-            first > ALONE_WRONG || second > SECOND_WRONG && together > WRONG
+        [_, second, ..] => {
+            second > SECOND_WRONG && crate::statistics::rms(sizes.iter().copied()) > WRONG
         }
     }
+}
+
+/// Whether a row is no noise: it is wrong, or one of its frequencies is far off, as where a mode
+/// enters that the model lacks. Such a row is not set aside.
+pub(super) fn is_no_noise(off: &[f64]) -> bool {
+    is_wrong(off) || off.iter().any(|z| z.abs() > ALONE_WRONG)
 }

@@ -7,7 +7,7 @@ use super::decorrelation::NoiseShape;
 use super::fit::Fit;
 use super::outcome::Structure;
 use super::problem::Problem;
-use super::settle::worst;
+use super::settle::{is_no_noise, worst};
 use super::statistics::rms;
 use super::structure::{self, structure};
 use crate::uncertainty::uncalibrated_std_ln;
@@ -80,7 +80,7 @@ impl Judged {
             let own = data.points.iter().zip(&choice.baseline.evaluation.innovations);
             rms(own.filter(|(point, _)| point.column == mode).map(|(_, r)| r)) > largest
         };
-        let wrong_row = worst(data, &choice.baseline.evaluation);
+        let wrong_row = worst(data, &choice.baseline.evaluation, is_no_noise);
         let is_noise = before.is_none()
             && wrong_row.is_none()
             && is_small(&choice.baseline)
