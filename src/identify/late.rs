@@ -1,14 +1,14 @@
 //! The same modes at smaller amplitudes: the second half of a decay, by itself. Where they lie
 //! elsewhere there, they change with amplitude by no law that the fit knows.
 
-use super::estimate::{C64, PoleEstimate, estimate};
+use super::estimate::{PoleEstimate, estimate};
 use super::impacts::{decays, impacts_in_force};
 use super::mode::{Mode, mode_of};
-use super::prepare::{Prepared, RecordKind, lines_hz, prepare};
+use super::prepare::{Prepared, RecordKind, lines_hz, prepare, without_offset};
 use super::record::{Channel, Data, Record};
+use super::shapes::mac;
 use super::starts::starts;
 use crate::notes::{Code, Notes};
-use crate::statistics::mean;
 
 /// Shorter halves say nothing, samples.
 const MIN_SAMPLES: usize = 64;
@@ -47,10 +47,15 @@ pub(super) fn hold_against_second_half(
     let [low, .., high] = lines[..] else { return };
     let Some(half) = second_half(record) else { return };
     let late = modes_within(&half, [low, high], highest).unwrap_or_default();
-    for at in 0..modes.len() {
-        let Some(other) = nearest(&modes[at], &late) else { continue };
-        if nearest(&late[other], modes) == Some(at) {
-            hold_against(&mut modes[at], &late[other], notes);
+    // Each is the other's nearest, before any of them moves.
+    let other_of = |at: usize| -> Option<&Mode> {
+        let other = &late[nearest(&modes[at], &late)?];
+        (nearest(other, modes) == Some(at)).then_some(other)
+    };
+    let others: Vec<Option<&Mode>> = (0..modes.len()).map(other_of).collect();
+    for (mode, other) in modes.iter_mut().zip(others) {
+        if let Some(other) = other {
+            hold_against(mode, other, notes);
         }
     }
 }
@@ -58,10 +63,9 @@ pub(super) fn hold_against_second_half(
 fn hold_against(mode: &mut Mode, late: &Mode, notes: &mut Notes) {
     let apart = (mode.frequency_hz - late.frequency_hz).abs();
     let by_noise = mode.frequency_std_hz.hypot(late.frequency_std_hz);
-    if mac(mode, late) < MIN_MAC
-        || apart < SIGNIFICANT * by_noise
-        || apart < MIN_SHARE * mode.frequency_hz
-    {
+    // One response has no shape.
+    let is_alike = mac(&mode.shape, &late.shape).is_none_or(|mac| mac >= MIN_MAC);
+    if !is_alike || apart < SIGNIFICANT * by_noise || apart < MIN_SHARE * mode.frequency_hz {
         return;
     }
     let what = format!(
@@ -86,31 +90,17 @@ fn nearest(mode: &Mode, among: &[Mode]) -> Option<usize> {
     near.min_by(|a, b| far(a.1).total_cmp(&far(b.1))).map(|(at, _)| at)
 }
 
-/// Modal assurance criterion of two shapes over the same responses; 0 where they differ.
-fn mac(a: &Mode, b: &Mode) -> f64 {
-    let both = || a.shape.iter().zip(&b.shape);
-    if a.shape.len() != b.shape.len() || both().any(|(a, b)| a.response != b.response) {
-        return 0.0;
-    }
-    let product = both().map(|(a, b)| a.value.conj() * b.value).sum::<C64>();
-    let size = |mode: &Mode| mode.shape.iter().map(|part| part.value.norm_sqr()).sum::<f64>();
-    product.norm_sqr() / (size(a) * size(b)).max(f64::MIN_POSITIVE)
-}
-
 /// The second half of the last decay of a record, as a free decay.
 fn second_half(record: &Record) -> Option<Record> {
     let Data::Time { sample_rate_hz, excitation, responses } = &record.data else { return None };
-    let level = |channel: &Channel| -> Vec<f64> {
-        let middle = mean(&channel.samples);
-        channel.samples.iter().map(|s| s - middle).collect()
-    };
     let (from, to) = match excitation {
         Some(force) => {
-            let impacts = impacts_in_force(&level(force), *sample_rate_hz);
+            let impacts = impacts_in_force(&without_offset(&force.samples), *sample_rate_hz);
             (impacts.last()?.end, force.samples.len())
         }
         None => {
-            let level: Vec<Vec<f64>> = responses.iter().map(level).collect();
+            let level: Vec<Vec<f64>> =
+                responses.iter().map(|channel| without_offset(&channel.samples)).collect();
             let level: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
             let last = *decays(&level, *sample_rate_hz).last()?;
             (last.from, last.to)

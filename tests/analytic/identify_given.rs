@@ -13,9 +13,20 @@ use crate::vibration::{C64, TrueMode, gauss, hammered, noisy, seeded};
 /// What an analyser does: a random force, stretches of `seconds` that overlap by half, a Hann window, H1; and a gain
 /// of the sensors that goes up and down by `ripple`.
 fn analysed(modes: &[TrueMode], rate: f64, seconds: f64, ripple: f64, seed: u64) -> Record {
-    const STRETCHES: usize = 60;
+    averaged(60, modes, rate, seconds, ripple, seed)
+}
+
+/// The same of so many stretches.
+fn averaged(
+    stretches: usize,
+    modes: &[TrueMode],
+    rate: f64,
+    seconds: f64,
+    ripple: f64,
+    seed: u64,
+) -> Record {
     let length = (rate * seconds) as usize;
-    let samples = length / 2 * (STRETCHES + 1);
+    let samples = length / 2 * (stretches + 1);
     let mut rng = seeded(seed);
     let before = (rate * 4.0) as usize;
     let force: Vec<f64> = (0..before + samples).map(|_| gauss(&mut rng)).collect();
@@ -29,7 +40,7 @@ fn analysed(modes: &[TrueMode], rate: f64, seconds: f64, ripple: f64, seed: u64)
         plan.process(&mut cut, &mut lines).unwrap();
         lines
     };
-    let starts = || (0..STRETCHES).map(|i| before + i * length / 2);
+    let starts = || (0..stretches).map(|i| before + i * length / 2);
     let drives: Vec<Vec<C64>> =
         starts().map(|start| transform(&force[start..start + length])).collect();
     // Above it the force, which is straight between samples, is weak.
@@ -131,12 +142,18 @@ fn deviations_of_given_responses_hold_the_truth() {
         TrueMode::new(103.1, 0.008, &[0.6, -0.8, 0.4]),
         TrueMode::new(170.7, 0.012, &[0.3, 0.4, -0.7]),
     ];
-    for (what, seconds, ripple) in [("long", 2.0, 0.0), ("short", 0.5, 0.0), ("ripple", 2.0, 0.02)]
-    {
+    let cases = [
+        ("long", 60, 2.0, 0.0),
+        ("short", 60, 0.5, 0.0),
+        ("ripple", 60, 2.0, 0.02),
+        ("few stretches", 8, 2.0, 0.0),
+        ("few short stretches", 8, 0.5, 0.0),
+    ];
+    for (what, stretches, seconds, ripple) in cases {
         let (mut held, mut all) = (0_u16, 0_u16);
         let mut scores: [Vec<f64>; 2] = Default::default();
         for seed in 0..seeds {
-            let record = analysed(&modes, 1024.0, seconds, ripple, seed);
+            let record = averaged(stretches, &modes, 1024.0, seconds, ripple, seed);
             let found = identify_record(&record, &asked(&[50.0, 60.0]));
             assert_eq!(found.modes.len(), modes.len(), "{what}, seed {seed}");
             for (found, truth) in found.modes.iter().zip(&modes) {

@@ -24,6 +24,7 @@ use crate::truth::confusion::Bar;
 use crate::truth::effects::{BEYOND, VOCABULARY};
 use crate::truth::robots::Family;
 use crate::truth::run::{Settings, judge, judge_all};
+use crate::truth::score::Score;
 
 const FAMILIES: [Family; 4] =
     [Family::SixAxis, Family::Planar { links: 2 }, Family::Planar { links: 3 }, Family::Sweep];
@@ -201,34 +202,24 @@ fn effects_beyond_the_vocabulary_are_unexplained() {
     run.judge("Effects beyond the vocabulary", orders, &bars::BEYOND);
 }
 
+/// The score of one case of an arm of so many links.
+fn score_of(links: usize, scenario: Scenario, seed: u64) -> Score {
+    let family = Family::Planar { links };
+    let order = Order { family, scenario, strength: Strength::Plain, poses: [16, 44], seed };
+    judge(&Case::draw(order).unwrap(), tempfile::tempdir().unwrap().path(), false).unwrap()
+}
+
 /// A cause that shows at one of twenty poses, in one frequency that is 16 % off, is no noise.
 #[test]
 fn one_frequency_that_is_far_off_is_not_consistent() {
-    let order = Order {
-        family: Family::Planar { links: 3 },
-        scenario: Scenario::Single("transverse_compliance"),
-        strength: Strength::Plain,
-        poses: [16, 44],
-        seed: 6,
-    };
-    let case = Case::draw(order).unwrap();
-    let score = judge(&case, tempfile::tempdir().unwrap().path(), false).unwrap();
-    assert_ne!(score.verdict, "consistent");
+    assert_ne!(score_of(3, Scenario::Single("transverse_compliance"), 6).verdict, "consistent");
 }
 
 /// Causes may take a good part of what they have no word for; what they leave is still too large for
 /// noise.
 #[test]
 fn what_causes_leave_is_not_explained_where_it_is_too_large_for_noise() {
-    let order = Order {
-        family: Family::Planar { links: 2 },
-        scenario: Scenario::Beyond("hysteresis"),
-        strength: Strength::Plain,
-        poses: [16, 44],
-        seed: 5,
-    };
-    let case = Case::draw(order).unwrap();
-    let score = judge(&case, tempfile::tempdir().unwrap().path(), false).unwrap();
+    let score = score_of(2, Scenario::Beyond("hysteresis"), 5);
     assert!(score.held_out_over_noise > 2.0, "{}", score.held_out_over_noise);
     assert_ne!(score.verdict, "explained");
 }

@@ -352,7 +352,7 @@ fn pole_estimate(
     shared: f64,
 ) -> PoleEstimate {
     let pole = &fit.poles[at];
-    let beside = left_beside(blocks, fit, pole);
+    let misfit = misfit_near(blocks, fit, pole);
     let own = Matrix2::from_fn(|i, j| covariance[(first + i, first + j)]);
     let (omega, s, w) = (pole.omega(), pole.lambda.re, pole.lambda.im);
     let by_omega = Vector2::new(s, w) / omega;
@@ -379,7 +379,7 @@ fn pole_estimate(
     PoleEstimate {
         pole: *pole,
         // Leakage biases damping without leaving anything; frequencies scatter as what is left.
-        omega_std: (beside.sqrt() * deviation(by_omega).hypot(LEAKAGE_OF_OMEGA * leakage))
+        omega_std: (misfit.sqrt() * deviation(by_omega).hypot(LEAKAGE_OF_OMEGA * leakage))
             .hypot(omega * of_omega),
         ratio_std: deviation(by_ratio).hypot(of_ratio).hypot(leakage / omega),
         residues,
@@ -392,14 +392,16 @@ fn pole_estimate(
 
 /// What a fit to responses that an analyser made leaves about a pole, over what sensors and leakage
 /// are allowed there: how many stretches were averaged nobody says, but what is left shows it. 1
-/// for records. Few lines say little: they count beside as many that leave what is allowed.
-fn left_beside(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
+/// for records. Few lines say little: they count beside as many that leave what is allowed. Of a
+/// peak that is narrower than a line, what leaks is one error on all lines and leaves nothing: there
+/// no less than what is allowed is believed.
+fn misfit_near(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
     /// Decay rates and lines to either side.
     const RATES: f64 = 4.0;
     const LINES: f64 = 4.0;
     /// Values that are taken to be as allowed.
     const ALLOWED: f64 = 6.0;
-    let (mut left, mut values) = (0.0, 0.0);
+    let (mut left, mut values, mut narrowest) = (0.0, 0.0, f64::INFINITY);
     for part in fit.evaluation.parts.iter().filter(|part| blocks[part.block].is_given()) {
         let omega = &blocks[part.block].omega;
         let line = omega.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0]);
@@ -410,9 +412,12 @@ fn left_beside(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
         left += (from..to).map(own).sum::<f64>();
         // The residue takes two of them.
         values += 2.0 * (to - from) as f64 - 2.0;
+        narrowest = narrowest.min((pole.lambda.re / line).powi(2));
     }
     // The pole takes two.
-    (ALLOWED + left) / (ALLOWED + (values - 2.0).max(0.0))
+    let misfit = (ALLOWED + left) / (ALLOWED + (values - 2.0).max(0.0));
+    let resolved = if narrowest.is_finite() { narrowest / (1.0 + narrowest) } else { 1.0 };
+    misfit.max(1.0 - resolved * (1.0 - misfit))
 }
 
 /// Of the error of a decay rate by leakage, what remains in the frequency.

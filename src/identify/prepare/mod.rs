@@ -161,7 +161,7 @@ fn responses_of(channels: &[&Channel]) -> Vec<Response> {
     channels.iter().map(response).collect()
 }
 
-fn without_offset(samples: &[f64]) -> Vec<f64> {
+pub(super) fn without_offset(samples: &[f64]) -> Vec<f64> {
     let offset = if samples.is_empty() { 0.0 } else { mean(samples) };
     samples.iter().map(|s| s - offset).collect()
 }

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::registers::{Registers, register, split_outside, starts_with};
+use super::registers::{Registers, outside, register, split_outside, starts_with};
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
 use crate::program::Settings;
@@ -361,7 +361,7 @@ impl<'a> Run<'a> {
     /// For a signal: how long is known only at run time. One that the program itself has set
     /// otherwise is set by somebody else; `TIMEOUT,LBL[1]` goes elsewhere when it does not come.
     fn wait_for(&mut self, rest: &str, line: usize) {
-        let (condition, label) = match rest.split_once("TIMEOUT") {
+        let (condition, label) = match split_outside(rest, "TIMEOUT") {
             Some((condition, label)) => (condition, Some(label)),
             None => (rest, None),
         };
@@ -575,13 +575,20 @@ impl<'a> Run<'a> {
 }
 
 /// The signals in a condition: `DI[1:part]=ON AND !DO[2]`.
-fn signals_in(condition: &str) -> impl Iterator<Item = &str> {
-    let parts = condition.split(" AND ").flat_map(|part| part.split(" OR "));
-    let names = parts.filter_map(|part| {
-        let name = part.trim_matches([' ', '!', '(']);
-        name.get(..name.find(']')? + 1)
+fn signals_in(condition: &str) -> Vec<&str> {
+    let (mut names, mut from) = (Vec::new(), 0);
+    // Never true: every place is looked at once, but those within brackets.
+    outside(condition, |_, rest| {
+        let next = condition.len() - rest.len() + 1;
+        if rest.starts_with(']') {
+            names.extend(condition.get(from..next));
+        }
+        if !rest.starts_with(|c: char| c.is_ascii_alphanumeric()) {
+            from = next;
+        }
+        false
     });
-    names.filter(|name| name.contains('['))
+    names
 }
 
 fn is_signal(name: &str) -> bool {

@@ -340,7 +340,9 @@ fn a_pulse_and_a_wait_of_tp_leave_the_signal_unknown() {
     assert!(!refuses("DO[1]=OFF ;\nPULSE DO[2],0.5sec"));
     assert!(!refuses("DO[1]=OFF ;\nWAIT DO[1]=OFF"));
     assert!(!refuses("DO[1]=OFF ;\nWAIT DI[3]=ON"));
-    for body in ["PULSE DO[1],0.5sec", "DO[1]=PULSE,0.5sec", "WAIT DO[1]=ON", "WAIT DO[1:a b]=ON"] {
+    let set = ["PULSE DO[1],0.5sec", "DO[1]=PULSE,0.5sec"];
+    let awaited = ["WAIT DO[1]=ON", "WAIT DO[1:a AND b]=ON", "WAIT (!DI[2] AND DO[1]=ON)"];
+    for body in set.into_iter().chain(awaited) {
         assert!(refuses(&format!("DO[1]=OFF ;\n{body}")), "{body}");
     }
     let timeout = |body: &str, job: &Settings| {
@@ -348,6 +350,8 @@ fn a_pulse_and_a_wait_of_tp_leave_the_signal_unknown() {
         told(&of_tp(&body, job), Code::MotionLeftOut)
     };
     assert_eq!(timeout("WAIT DI[3]=ON", &settings()), [4]);
+    let named = told(&of_tp("WAIT DI[3:TIMEOUT]=ON", &settings()), Code::MotionLeftOut);
+    assert_eq!(named, NONE);
     let assume = [("di[3]".to_owned(), Assumed::Truth(true))].into();
     assert_eq!(timeout("WAIT DI[3]=ON", &Settings { assume, ..settings() }), NONE);
     let pulsed = told(&of_tp("PULSE DO[5:Spindle on],1.0sec", &settings()), Code::SpindleCommand);
