@@ -393,8 +393,8 @@ fn pole_estimate(
 /// What a fit to responses that an analyser made leaves about a pole, over what sensors and leakage
 /// are allowed there: how many stretches were averaged nobody says, but what is left shows it. 1
 /// for records. Few lines say little: they count beside as many that leave what is allowed. Of a
-/// peak that is narrower than a line, what leaks is one error on all lines and leaves nothing: there
-/// no less than what is allowed is believed.
+/// peak that is narrower than a line, what leaks is one error on all lines and leaves nothing:
+/// there no less than what is allowed is believed.
 fn misfit_near(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
     /// Decay rates and lines to either side.
     const RATES: f64 = 4.0;
