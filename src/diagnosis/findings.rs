@@ -262,6 +262,27 @@ fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> Vec<Suspect> {
     group
 }
 
+/// The forms of a suspect that explain as much with no further cause, each with what it is behind the finding `i` in BIC,
+/// best first.
+fn forms_within_reach<'m, 'c>(
+    choice: &'m Choice<'c>,
+    i: usize,
+    suspect: &Suspect,
+) -> Vec<(&'m Model<'c>, f64)> {
+    let mut forms: Vec<(&Model<'_>, f64)> = Vec::new();
+    for model in &choice.alternatives[i] {
+        let (form, _) = model.fit.hypothesis.effects[i];
+        let behind = 2.0 * (choice.best.log_evidence - model.log_evidence);
+        let is_seen =
+            forms.iter().any(|(seen, _)| std::ptr::eq(seen.fit.hypothesis.effects[i].0, form));
+        let is_its = form.cause == suspect.cause && form.at == suspect.at;
+        if is_its && !is_seen && behind < 2.0 * ALTERNATIVE_WITHIN {
+            forms.push((model, behind));
+        }
+    }
+    forms
+}
+
 /// Causes one by one, each in its best form, best first.
 pub(super) fn ranking(choice: &Choice<'_>) -> Vec<Suspect> {
     let best = choice.singles.first().map_or(0.0, |model| model.log_evidence);
@@ -279,21 +300,18 @@ pub(super) fn next(
     for (i, (candidate, _)) in choice.best.fit.hypothesis.effects.iter().enumerate() {
         let own = label(candidate.cause, candidate.at.as_deref());
         for suspect in group(choice, i, candidate) {
-            let model = choice.alternatives[i].iter().find(|model| {
-                let (other, _) = model.fit.hypothesis.effects[i];
-                other.cause == suspect.cause && other.at == suspect.at
-            });
-            let Some(model) = model else { continue };
-            let found = poses_between(
-                problem.description,
-                robot,
-                problem.data,
-                &choice.best.fit,
-                &model.fit,
-                suspect.behind_bic,
-            );
+            let forms = forms_within_reach(choice, i, &suspect);
+            let Some((model, _)) = forms.first() else { continue };
+            let parts = |(form, behind): &(&Model<'_>, f64)| {
+                let (finding, other) = (&choice.best.fit, &form.fit);
+                poses_between(problem.description, robot, problem.data, finding, other, *behind)
+            };
+            let of_forms: Option<Vec<_>> = forms.iter().map(parts).collect();
             // Where nothing is known of the parameters, nothing is known of poses.
-            let Some(found) = found else { continue };
+            let Some(of_forms) = of_forms else { continue };
+            // What stays possible in another form is not parted: a law with no slope says what a plain spring does.
+            let is_parted = of_forms.iter().all(|poses| !poses.is_empty());
+            let found = of_forms.into_iter().next().filter(|_| is_parted).unwrap_or_default();
             if found.is_empty() {
                 let separates = [own.clone(), suspect.label()];
                 let mass =

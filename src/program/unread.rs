@@ -16,14 +16,18 @@ pub(super) fn setters(text: &str, dialect: Dialect, settings: &Settings, log: &m
         Setter::Signal(name) | Setter::Procedure(name, _) => Some(name.to_lowercase()),
         Setter::Comment(_) => None,
     });
-    let names: Vec<String> = names.collect();
+    lines_with(&names.collect::<Vec<_>>(), text, dialect, log);
+}
+
+/// The same of names in lower case.
+pub(super) fn lines_with(names: &[String], text: &str, dialect: Dialect, log: &mut Log) {
     if names.is_empty() {
         return;
     }
     for (index, whole) in text.lines().enumerate() {
         let line = index + 1;
         let code = code_of(whole, dialect).to_lowercase();
-        if is_definition(&code) || log.has_set(line) {
+        if is_definition(&code, dialect) || log.has_set(line) {
             continue;
         }
         if let Some(name) = names.iter().find(|name| is_named(&code, name, dialect)) {
@@ -83,11 +87,13 @@ fn code_of(line: &str, dialect: Dialect) -> &str {
 }
 
 /// The head of the procedure itself, or a declaration.
-fn is_definition(code: &str) -> bool {
+fn is_definition(code: &str, dialect: Dialect) -> bool {
     let mut words = code.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
     let first: Vec<&str> = words.by_ref().take(3).collect();
     first.iter().any(|word| matches!(*word, "proc" | "func" | "def" | "deffct"))
         || first.first().is_some_and(|word| matches!(*word, "var" | "pers"))
+        // `GLOBAL SIGNAL SPIN $ANOUT[1]`.
+        || dialect == Dialect::Krl && first.iter().take(2).any(|word| *word == "signal")
 }
 
 /// Whether a name stands in a line as a word of its own; an output of TP also where a register

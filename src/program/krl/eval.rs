@@ -53,7 +53,8 @@ impl<'a> Run<'a> {
             let number = number?;
             key.push_str(&format!("[{number}]"));
         }
-        Ok(key)
+        let is_own = self.frames.last().is_some_and(|frame| frame.has(&key));
+        Ok(if is_own { key } else { self.file.signals.key(key) })
     }
 
     pub(super) fn read(&mut self, path: &'a Path) -> Value {

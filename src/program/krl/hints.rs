@@ -18,12 +18,13 @@ const PARTS: [&str; 11] = ["x", "y", "z", "a", "b", "c", "s", "t", "a1", "m", "c
 /// Names in what the program gives to what the job reads the spindle or the tool from.
 pub(super) fn given_on<'a>(file: &'a File, settings: &Settings) -> HashSet<&'a str> {
     let mut found = HashSet::new();
+    let key = |name| file.signals.key(name);
     for (_, by) in all(settings) {
         let routines = file.routines.values().chain(file.functions.values());
         for what in statements_in(routines.map(|routine| &routine.body)) {
             let given: Vec<&Expr> = match (what, &by.what) {
                 (What::Assign(path, expr), Setter::Signal(own))
-                    if fixed_key(path) == own.to_lowercase() =>
+                    if key(fixed_key(path)) == key(own.to_lowercase()) =>
                 {
                     vec![expr]
                 }
@@ -92,6 +93,14 @@ impl<'a> Run<'a> {
 
     /// Of a statement of the controller, or a routine that is in no file.
     pub(super) fn doubt_call(&mut self, line: usize, name: &str, args: &[Option<Expr>]) {
+        if name == "anout" {
+            // Its first name is the output's, behind ON or OFF.
+            let output = args.iter().flatten().filter_map(|arg| match arg {
+                Expr::Ref(path) if !matches!(path.name.as_str(), "on" | "off") => Some(path),
+                _ => None,
+            });
+            output.take(1).for_each(|path| self.doubt_undeclared(line, path));
+        }
         if matches!(name, "pulse" | "anout") || !is_harmless(name) && name != "bas" {
             let mut names = names_in(args.iter().flatten().collect());
             names.push(name);
@@ -117,7 +126,12 @@ impl<'a> Run<'a> {
     /// Of a statement that may run or not.
     pub(super) fn doubt_open(&mut self, line: usize, what: &What) {
         match what {
-            What::Assign(path, expr) => self.doubt_assignment(line, path, expr),
+            What::Assign(path, expr) => {
+                self.doubt_assignment(line, path, expr);
+                if matches!(expr, Expr::Number(..) | Expr::Minus(_) | Expr::Binary(..)) {
+                    self.doubt_undeclared(line, path);
+                }
+            }
             What::Call(name, args) if !self.file.routines.contains_key(name) => {
                 self.doubt_call(line, name, args);
             }
@@ -132,7 +146,7 @@ impl<'a> Run<'a> {
     }
 
     /// Whether a datum is of the routine that runs.
-    fn is_own(&self, name: &str) -> bool {
+    pub(super) fn is_own(&self, name: &str) -> bool {
         self.frames.last().is_some_and(|frame| frame.has(name))
     }
 

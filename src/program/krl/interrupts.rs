@@ -60,6 +60,7 @@ impl<'a> Run<'a> {
         }
         for path in unread.sets {
             self.doubt_set(line, path);
+            self.doubt_undeclared(line, path);
             let what = format!("'{}' is set by {by}: known only at run time", path.name);
             self.forget(path, &what);
         }
@@ -144,7 +145,8 @@ impl<'a> Run<'a> {
                     _ => continue,
                 };
                 let sets = self.unread(action).sets.into_iter();
-                found.extend(sets.filter(|path| path.name.starts_with('$')).map(fixed_key));
+                let keys = sets.map(|path| self.file.signals.key(fixed_key(path)));
+                found.extend(keys.filter(|key| key.starts_with('$')));
             }
         }
         found

@@ -14,14 +14,16 @@ mod lexer;
 mod moves;
 mod parser;
 mod run;
+mod signals;
 mod syntax;
 mod value;
 mod walk;
 mod words;
 
-use super::Settings;
 use super::cell::Comments;
 use super::log::Log;
+use super::unread::lines_with;
+use super::{Dialect, Settings};
 use crate::notes::Code;
 use run::Run;
 use syntax::{File, Routine};
@@ -51,6 +53,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
             let mut run = Run::new(&file, settings, comments, log);
             run.given_on = hints::given_on(&file, settings);
             run.run(routine);
+            let others = file.signals.further_names(settings);
+            lines_with(&others, text, Dialect::Krl, log);
         }
         Err(what) => log.error(Code::Reference, 1, what),
     }

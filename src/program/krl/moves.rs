@@ -22,11 +22,15 @@ impl<'a> Run<'a> {
     pub(super) fn assign(&mut self, line: usize, path: &'a Path, expr: &'a Expr) {
         let value = self.eval(expr);
         let key = self.key(path).unwrap_or_default();
+        self.set_in_part(line, &key);
         if self.sets_signal(line, &key, &value) || self.set_numbered(line, path, expr) {
             return;
         }
         self.doubt_assignment(line, path, expr);
-        if path.name == "$anout" {
+        if matches!(value, Value::Num(..) | Value::Unknown(_)) {
+            self.doubt_undeclared(line, path);
+        }
+        if key.starts_with("$anout[") {
             let value = value.clone().num().ok();
             self.analog.set(self.settings, self.log, line, &key, value);
         }

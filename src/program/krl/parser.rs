@@ -2,6 +2,7 @@
 //! that it is a fault only where the program reaches it.
 
 use super::lexer::{Kind, tokens};
+use super::signals::Outputs;
 use super::syntax::{
     Block, Cases, Expr, File, Motion, Parameter, Path, Routine, Statement, Way, What,
 };
@@ -16,8 +17,14 @@ const MAX_DEPTH: usize = 40;
 /// starts.
 pub(super) fn parse(text: &str, file: &mut File, number: usize) {
     let is_main = number == 0;
-    let mut parser =
-        Parser { lines: lines(text, is_main), file: number, at: 0, depth: 0, count: 0 };
+    let mut parser = Parser {
+        lines: lines(text, is_main),
+        file: number,
+        at: 0,
+        depth: 0,
+        count: 0,
+        signals: Vec::new(),
+    };
     while let Some(line) = parser.lines.get(parser.at) {
         let number = line.number;
         match line.first() {
@@ -54,6 +61,7 @@ pub(super) fn parse(text: &str, file: &mut File, number: usize) {
         }
     }
     file.statement_count += parser.count;
+    parser.signals.into_iter().for_each(|(name, outputs)| file.signals.add(name, outputs));
 }
 
 struct Line {
@@ -75,7 +83,9 @@ impl Line {
             _ => "",
         };
         let second = word(1);
-        if word(0) == "global" && matches!(second, "def" | "deffct" | "decl" | "interrupt") {
+        if word(0) == "global"
+            && matches!(second, "def" | "deffct" | "decl" | "interrupt" | "signal")
+        {
             second
         } else {
             word(0)
@@ -107,6 +117,7 @@ struct Parser {
     at: usize,
     depth: usize,
     count: usize,
+    signals: Vec<(String, Outputs)>,
 }
 
 impl Parser {
@@ -272,6 +283,10 @@ impl Parser {
                     _ => None,
                 });
                 Ok(What::Call(first.clone(), names.collect()))
+            }
+            "signal" => {
+                self.signals.extend(Outputs::named(&tokens));
+                Ok(What::Call(first.clone(), Vec::new()))
             }
             word if is_harmless_keyword(word) => Ok(What::Call(first.clone(), Vec::new())),
             _ => {

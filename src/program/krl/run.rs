@@ -580,7 +580,10 @@ impl<'a> Run<'a> {
 
     /// A signal of the cell may be a variable here: `$ANOUT[1] = 0.5`.
     pub(super) fn sets_signal(&mut self, line: usize, key: &str, value: &Value) -> bool {
-        set_by_name(self.settings, self.log, line, key, given(value))
+        let names = self.names(key);
+        let set = |name: &String| set_by_name(self.settings, self.log, line, name, given(value));
+        // Every name counts: of the spindle, and of the tool.
+        names.iter().map(set).fold(false, |done, is_set| done | is_set)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::signals::Signals;
 use super::value::{Sort, Type};
 use crate::program::span::Span;
 
@@ -126,6 +127,7 @@ pub(super) struct File {
     pub(super) functions: HashMap<String, Routine>,
     /// Data lists: what is set before the program runs.
     pub(super) data: Block,
+    pub(super) signals: Signals,
     pub(super) statement_count: usize,
     pub(super) is_cut: Option<usize>,
 }

@@ -124,7 +124,10 @@ fn signals_that_are_set_where_they_are_not_read_are_doubts() {
     );
     let program = read(text.as_bytes(), Dialect::Krl, &by("$ANOUT[1]")).unwrap();
     assert_eq!(codes(&program), [Code::SpindleCommand], "{:?}", program.warnings);
-    assert_eq!(program.warnings[0].place.line, Some(2));
+    assert_eq!(program.warnings[0].place.line, Some(6));
+    // SPN is that output.
+    let rpm: Vec<_> = program.spindle.iter().map(|it| (it.line, it.spindle)).collect();
+    assert_eq!(rpm, [(3, Spindle::Turns(Some(900.0))), (5, Spindle::Turns(Some(1400.0)))]);
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod public;
 mod rapid;
 mod refusals;
 mod robots;
+mod signals;
 mod silent;
 mod stated;
 mod support;

@@ -1,0 +1,110 @@
+//! Outputs of KRL by the names that SIGNAL gives them: an output and its names are one to the job that reads it.
+
+use detune::notes::Code;
+use detune::program::{Companion, Dialect, Program, SetBy, Setter, Settings, Spindle, read};
+
+use super::support::{at, settings};
+
+/// The statements of `body` begin at line 5, behind `declared` on line 2.
+fn program(declared: &str, body: &str, signal: &str, data: &str) -> Program {
+    let text = format!(
+        "DEF p()\n{declared}\n$VEL.CP=0.1\nPTP {{X 0,Y 0,Z 100,A 0,B 0,C 180}}\n{body}\n\
+         LIN_REL {{X 1}}\nEND\n"
+    );
+    let what = Setter::Signal(signal.to_owned());
+    let spindle_from = Some(SetBy { what, per_unit: 1.0 });
+    let companions = match data {
+        "" => Vec::new(),
+        data => vec![Companion { name: "config.dat".to_owned(), text: data.to_owned() }],
+    };
+    let job = Settings { spindle_from, companions, ..settings() };
+    read(text.as_bytes(), Dialect::Krl, &job).unwrap_or_else(|found| panic!("{text}: {found:?}"))
+}
+
+fn speeds(program: &Program) -> Vec<(usize, Option<f64>)> {
+    let of = |spindle| match spindle {
+        Spindle::Turns(rpm) => rpm,
+        other => panic!("{other:?}"),
+    };
+    program.spindle.iter().map(|it| (it.line, of(it.spindle))).collect()
+}
+
+fn doubts(program: &Program) -> Vec<usize> {
+    program.warnings.iter().filter(|it| it.code == Code::SpindleCommand).map(at).collect()
+}
+
+#[test]
+fn an_output_and_its_name_are_one() {
+    const NAMED: &str = "SIGNAL SPIN $ANOUT[1]";
+    const OF_DATA: &str =
+        "DEFDAT config\nGLOBAL SIGNAL SPIN $ANOUT[1]\nSIGNAL COOL $OUT[3]\nENDDAT\n";
+    for signal in ["SPIN", "$ANOUT[1]", "$anout[1]"] {
+        for (declared, data) in [(NAMED, ""), (";", OF_DATA)] {
+            let body = "SPIN=900\nLIN_REL {X 1}\n$ANOUT[1]=1400";
+            let found = program(declared, body, signal, data);
+            let expected = [(5, Some(900.0)), (7, Some(1400.0))];
+            assert_eq!(speeds(&found), expected, "{signal} {declared}");
+            assert!(doubts(&found).is_empty(), "{:?}", found.warnings);
+            // By the number of a variable, too.
+            let body = "I=1\n$ANOUT[I]=700";
+            let declared = format!("DECL INT I\n{declared}");
+            assert_eq!(speeds(&program(&declared, body, signal, data)), [(7, Some(700.0))]);
+        }
+    }
+    // What only the run decides is told of by whichever name.
+    for (signal, name) in [("SPIN", "$ANOUT[1]"), ("$ANOUT[1]", "SPIN")] {
+        for body in [
+            format!("TRIGGER WHEN DISTANCE=0 DELAY=0 DO {name}=5"),
+            format!("ANOUT ON {name}=0.5*$VEL_ACT+0.1 DELAY=0"),
+        ] {
+            let found = program(NAMED, &format!("SPIN=900\n{body}"), signal, "");
+            assert_eq!(doubts(&found), [6], "{body}");
+        }
+    }
+}
+
+#[test]
+fn a_row_of_outputs_and_its_parts() {
+    const ROW: &str = "SIGNAL SPEED $OUT[1] TO $OUT[16]";
+    let found = program(ROW, "SPEED=900\n$OUT[17]=TRUE", "SPEED", "");
+    assert_eq!((speeds(&found), doubts(&found)), (vec![(5, Some(900.0))], Vec::new()));
+    // A bit of the number, and another row over it.
+    assert_eq!(doubts(&program(ROW, "SPEED=900\n$OUT[16]=TRUE", "SPEED", "")), [6]);
+    let two = format!("{ROW}\nSIGNAL PART $OUT[9] TO $OUT[24]");
+    assert_eq!(doubts(&program(&two, "SPEED=900\nPART=3", "SPEED", "")), [7]);
+    let two = format!("{ROW}\nSIGNAL SAME $OUT[1] TO $OUT[16]");
+    let found = program(&two, "SPEED=900\nSAME=300", "SPEED", "");
+    assert_eq!(speeds(&found), [(6, Some(900.0)), (7, Some(300.0))]);
+    // What a bit was is not known behind the number.
+    let body = "$OUT[2]=TRUE\nSPEED=900\nIF $OUT[2] THEN\nLIN_REL {X 5}\nENDIF";
+    let text = format!("DEF p()\n{ROW}\nPTP {{X 0,Y 0,Z 100,A 0,B 0,C 180}}\n{body}\nEND\n");
+    let refused = read(text.as_bytes(), Dialect::Krl, &settings()).unwrap_err();
+    assert_eq!(refused.iter().map(at).collect::<Vec<_>>(), [6]);
+}
+
+/// Which output a name is that no file declares is not known.
+#[test]
+fn a_name_that_no_file_declares_may_be_the_output() {
+    for body in [
+        "SPIN=5",
+        "ANOUT ON SPIN=0.5*$VEL_ACT+0.1 DELAY=0",
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO SPIN=5",
+    ] {
+        let body = format!("$ANOUT[1]=900\n{body}");
+        assert_eq!(doubts(&program(";", &body, "$ANOUT[1]", "")), [6], "{body}");
+        let found = program("SIGNAL SPIN $ANOUT[2]", &body, "$ANOUT[1]", "");
+        assert!(doubts(&found).is_empty(), "{body}: {:?}", found.warnings);
+    }
+    for (declared, body) in [
+        ("DECL INT N", "N=5"),
+        (";", "XP1={X 1,Y 2,Z 3,A 0,B 0,C 180}"),
+        (";", "FDAT_ACT=FP1"),
+        (";", "RPM=5\n$ANOUT[1]=RPM"),
+    ] {
+        let found = program(declared, body, "$ANOUT[1]", "");
+        assert!(doubts(&found).is_empty(), "{body}: {:?}", found.warnings);
+    }
+    let body = "SPIN=900\n$ANOUT[1]=5";
+    assert_eq!(doubts(&program(";", body, "SPIN", "")), [6]);
+    assert!(doubts(&program("SIGNAL SPIN $ANOUT[2]", body, "SPIN", "")).is_empty());
+}
