@@ -96,7 +96,7 @@ impl Dialect {
     pub fn from_extension(extension: &str) -> Option<Self> {
         match extension.to_ascii_lowercase().as_str() {
             "mod" | "modx" | "prg" | "sys" | "sysx" => Some(Self::Rapid),
-            "apt" | "aptsource" | "cl" | "cls" | "ncl" => Some(Self::Apt),
+            "apt" | "aptsource" | "cl" | "cls" | "clsf" | "ncl" => Some(Self::Apt),
             "nc" | "ngc" | "gcode" | "tap" | "cnc" | "eia" | "ncc" => Some(Self::GCode),
             "mpf" | "spf" => Some(Self::Sinumerik),
             "src" => Some(Self::Krl),

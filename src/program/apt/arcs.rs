@@ -1,5 +1,7 @@
 //! Arcs: CIRCLE before GOTO, and CATIA's TLON,GOFWD/(CIRCLE/…),ON,(LINE/…).
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Unit, Vector3};
 
 use super::lexer::{Statement, Word, is};
@@ -7,6 +9,7 @@ use super::{Reader, name, number, unit};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Arc;
+use crate::units::{deg_from_rad, rad_from_deg};
 
 /// CIRCLE without the end that the next GOTO gives, mm.
 #[derive(Debug, Clone, Copy)]
@@ -17,7 +20,12 @@ pub(super) struct Open {
     more_turns: u32,
     /// Of NX, which gives the axis about which it runs clockwise.
     is_of_nx: bool,
+    /// How far it turns, rad, either way round.
+    angle: Option<f64>,
 }
+
+/// Angles of MOVARC have a few digits, rad.
+const ANGLE_TOLERANCE: f64 = 0.02;
 
 /// Turns of one helix: a job is no spring.
 const MOST_TURNS: f64 = 1000.0;
@@ -35,6 +43,38 @@ impl Reader<'_> {
     /// Its `TIMES,n` counts the turns of a helix, the last one not whole.
     pub(super) fn circle(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         self.no_arc_is_open(line);
+        self.open_arc(line, minor, None)
+    }
+
+    /// `MOVARC/x,y,z,i,j,k,r[,ANGLE],a` of Autodesk's posts, some of which write CENTER, AXIS and RADIUS before their
+    /// numbers. The angle tells which way round.
+    pub(super) fn move_arc(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        const WORDS: [(usize, &str); 4] = [(0, "CENTER"), (3, "AXIS"), (6, "RADIUS"), (7, "ANGLE")];
+        let mut numbers: Vec<Word<'_>> = Vec::new();
+        for word in minor {
+            match word {
+                Word::Name(key)
+                    if WORDS.iter().any(|(at, own)| *at == numbers.len() && is(key, own)) => {}
+                Word::Name(key) => return Err(format!("'{key}' is not understood")),
+                number => numbers.push(number.clone()),
+            }
+        }
+        let angle = match numbers.len() {
+            8 => {
+                numbers.pop().as_ref().and_then(number).map(|(angle, _)| rad_from_deg(angle.abs()))
+            }
+            _ => None,
+        };
+        self.no_arc_is_open(line);
+        self.open_arc(line, &numbers, angle)
+    }
+
+    fn open_arc(
+        &mut self,
+        line: usize,
+        minor: &[Word<'_>],
+        angle: Option<f64>,
+    ) -> Result<(), String> {
         let (minor, more_turns) = match minor {
             [circle @ .., Word::Name(word), Word::Number(turns, _)] if is(word, "TIMES") => {
                 if turns.fract() != 0.0 || !(1.0..=MOST_TURNS).contains(turns) {
@@ -67,7 +107,7 @@ impl Reader<'_> {
                 ));
             }
         }
-        self.arc = Some(Open { line, centre, axis, more_turns, is_of_nx });
+        self.arc = Some(Open { line, centre, axis, more_turns, is_of_nx, angle });
         Ok(())
     }
 
@@ -81,8 +121,16 @@ impl Reader<'_> {
             return Err("an arc within a cycle".to_owned());
         }
         let from = self.at.ok_or("an arc before any position")?;
-        self.senses.arc((arc.line, arc.is_of_nx), [from, to, arc.centre], arc.axis);
-        self.arc_to(line, [from, to], arc.centre, (arc.axis, arc.more_turns))
+        let axis = match arc.angle {
+            Some(angle) => turned_by(angle, [from, to, arc.centre], arc.axis)?,
+            None => None,
+        };
+        if axis.is_some() {
+            self.senses.lose();
+        } else {
+            self.senses.arc((arc.line, arc.is_of_nx), [from, to, arc.centre], arc.axis);
+        }
+        self.arc_to(line, [from, to], arc.centre, (axis.unwrap_or(arc.axis), arc.more_turns))
     }
 
     /// An arc that nothing ends is motion that is lost.
@@ -149,5 +197,31 @@ impl Reader<'_> {
         let tangent = axis.cross(&across(from - centre));
         let axis = if tangent.dot(&direction) < 0.0 { -axis } else { axis };
         self.arc_to(line, [from, to], centre, (axis, 0))
+    }
+}
+
+/// The axis about which an arc turns counterclockwise by an angle, rad: the given one, or against it; `None` where both do.
+fn turned_by(
+    angle: f64,
+    [from, to, centre]: [Vector3<f64>; 3],
+    axis: Unit<Vector3<f64>>,
+) -> Result<Option<Unit<Vector3<f64>>>, String> {
+    let (start, end) = (from - centre, to - centre);
+    let turned =
+        axis.dot(&start.cross(&end)).atan2(start.dot(&end) - axis.dot(&start) * axis.dot(&end));
+    let ways = [(axis, turned), (-axis, -turned)];
+    let fits = |(_, turned): &(Unit<Vector3<f64>>, f64)| {
+        let off = (angle - turned).rem_euclid(TAU);
+        angle < TAU + ANGLE_TOLERANCE && off.min(TAU - off) < ANGLE_TOLERANCE
+    };
+    let found: Vec<_> = ways.into_iter().filter(fits).map(|(axis, _)| axis).collect();
+    match found.as_slice() {
+        [] => Err(format!(
+            "the angle is {:.2}°, and its points are {:.2}° apart",
+            deg_from_rad(angle),
+            deg_from_rad(turned.rem_euclid(TAU))
+        )),
+        [axis] => Ok(Some(*axis)),
+        _ => Ok(None),
     }
 }

@@ -126,6 +126,12 @@ impl Reader<'_> {
         // `depth, feed, unit, clearance`, or the unit behind all.
         let (word, behind) = names.split_first().map_or((None, names), |(w, rest)| (Some(w), rest));
         let unit = word.and_then(name).map(str::to_ascii_uppercase);
+        if let (1, [(depth, _)], [Word::Name(_), Word::Number(..), behind @ ..]) =
+            (count, numbers.as_slice(), names)
+        {
+            cycle.depth = self.mm(depth.abs());
+            return self.unit_before_feed(line, names, behind, cycle);
+        }
         let numbers = match behind {
             [] => numbers,
             [clear] if count == 2 && number(clear).is_some() => {
@@ -166,6 +172,31 @@ impl Reader<'_> {
             cycle.feed = Some(feed);
         }
         Ok(())
+    }
+
+    /// `DRILL,20,MMPM,150,2` and `DRILL,20,MMPM,150,RAPTO,2`: the depth, and behind it keywords, of which the feed's is its
+    /// unit; a clearance may stand alone.
+    fn unit_before_feed(
+        &mut self,
+        line: usize,
+        words: &[Word<'_>],
+        behind: &[Word<'_>],
+        cycle: &mut Cycle,
+    ) -> Result<(), String> {
+        let words = match behind {
+            [Word::Number(clear, _)] => {
+                cycle.clear = self.mm(*clear);
+                words.get(..2).unwrap_or(words)
+            }
+            [Word::Number(..), Word::Name(key), ..] => {
+                return Err(format!(
+                    "behind the feed stand a number and {key}: which is the clearance is not \
+                     known; write CLEAR, or RAPTO and RTRCTO, alone"
+                ));
+            }
+            _ => words,
+        };
+        self.keywords(line, words, cycle, false).map(drop)
     }
 
     fn state_cycle_feed(

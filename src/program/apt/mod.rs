@@ -135,6 +135,13 @@ impl<'a> Reader<'a> {
         }
         // NX ends each operation by END-OF-PATH and has no FINI; CATIA may end by END.
         self.may_end = matches!(major.as_str(), "END-OF-PATH" | "END");
+        let is_set = statement.tokens.get(1).is_some_and(|it| it.kind == Kind::Symbol(b'='));
+        if is_set && !words::WITHOUT_MOTION.contains(&major.as_str()) {
+            let what = "this is an APT part program, which defines geometry, and no cutter-location \
+                        data: run it through the APT processor and give what that writes";
+            self.cutter.log.error(Code::Syntax, line, what);
+            return true;
+        }
         let ran = match statement.second() {
             // How the tool stands to a curve, and the move along it, are one statement.
             Some(second) if !matches!(major.as_str(), "TLON" | "TLLFT" | "TLRGT") => {
@@ -183,6 +190,7 @@ impl<'a> Reader<'a> {
                 Ok(())
             }
             "CIRCLE" => self.circle(line, minor),
+            "MOVARC" => self.move_arc(line, minor),
             "INDIRV" => {
                 self.direction = Some(vector(minor)?);
                 Ok(())

@@ -1,9 +1,10 @@
 //! Which words of APT are for the machine beside the tool's way, and which move.
 
 /// Words without motion of their own and without effect on later motion.
-pub(super) const WITHOUT_MOTION: [&str; 79] = [
+pub(super) const WITHOUT_MOTION: [&str; 80] = [
     "PARTNO",
     "PPRINT",
+    "CLPRNT",
     "REMARK",
     "TPRINT",
     "PPWORD",
@@ -84,16 +85,16 @@ pub(super) const WITHOUT_MOTION: [&str; 79] = [
 ];
 
 /// Words that move, shift, copy or compute motion.
-pub(super) const MOVES: [&str; 26] = [
-    "TLLFT", "TLRGT", "GO", "GOFWD", "GOBACK", "GOLFT", "GORGT", "GOUP", "GODOWN", "MOVARC",
-    "COPY", "INDEX", "TRACUT", "TRANS", "ORIGIN", "ROTATE", "ROTABL", "ROTHED", "CALL", "JUMPTO",
-    "LOOPST", "NURBS", "LCS", "PITCH", "POCKET", "PROFIL",
+pub(super) const MOVES: [&str; 25] = [
+    "TLLFT", "TLRGT", "GO", "GOFWD", "GOBACK", "GOLFT", "GORGT", "GOUP", "GODOWN", "COPY", "INDEX",
+    "TRACUT", "TRANS", "ORIGIN", "ROTATE", "ROTABL", "ROTHED", "CALL", "JUMPTO", "LOOPST", "NURBS",
+    "LCS", "PITCH", "POCKET", "PROFIL",
 ];
 
 /// Words that begin a statement and set or move something: behind another statement they would be
 /// lost.
-pub(super) const BEGINS: [&str; 25] = [
-    "GOTO", "GODLTA", "FROM", "GOHOME", "GOCLER", "RAPID", "CIRCLE", "INDIRV", "INDIRP", "MULTAX",
-    "TLAXIS", "FEDRAT", "SPINDL", "UNITS", "UNIT", "CYCLE", "DELAY", "DWELL", "LOADTL", "TURRET",
-    "MSYS", "CSYS", "TRNTYP", "CUTCOM", "FINI",
+pub(super) const BEGINS: [&str; 26] = [
+    "GOTO", "GODLTA", "FROM", "GOHOME", "GOCLER", "RAPID", "CIRCLE", "MOVARC", "INDIRV", "INDIRP",
+    "MULTAX", "TLAXIS", "FEDRAT", "SPINDL", "UNITS", "UNIT", "CYCLE", "DELAY", "DWELL", "LOADTL",
+    "TURRET", "MSYS", "CSYS", "TRNTYP", "CUTCOM", "FINI",
 ];

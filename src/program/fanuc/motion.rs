@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::registers::{JOINTS, OF_A_GROUP, POSE, outside, register, split_outside};
+use super::registers::{JOINTS, OF_A_GROUP, POSE, no_shift, outside, register, split_outside};
 use super::run::Run;
 use super::text::{Group, Statement};
 use crate::motion::{Circle, Target};
@@ -343,7 +343,11 @@ impl Run<'_> {
         let name = format!("PR[{number}]");
         let group = match self.registers.position(number) {
             Some(Ok(group)) => group,
-            Some(Err(why)) if self.registers.assumed(&name).is_some() => {
+            // What the job assumes holds only before the program sets it.
+            Some(Err(why))
+                if self.registers.assumed(&name).is_some()
+                    || !self.registers.is_set_in_part(number) =>
+            {
                 return Err(format!("{shown} shifts the target: {why}"));
             }
             _ => {
@@ -371,10 +375,14 @@ impl Run<'_> {
         let unknown = || Err(format!("PR[{number}] is known only at run time"));
         let Some((_, component)) = component else {
             let found = match self.place(value) {
+                _ if self.registers.is_pose_less_itself(value) => Ok(no_shift()),
                 Ok((group, rest)) if rest.trim().is_empty() => Ok(group),
                 _ => unknown(),
             };
             self.registers.set_position(number, found);
+            if value.eq_ignore_ascii_case("LPOS") {
+                self.registers.poses.insert(number);
+            }
             return Ok(());
         };
         // A comment may follow.

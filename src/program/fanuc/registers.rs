@@ -20,6 +20,8 @@ pub(super) struct Registers<'a> {
     pub(super) positions: HashMap<i64, Result<Group, String>>,
     /// Components of registers of which the others are not known.
     components: HashMap<i64, [Option<f64>; 6]>,
+    /// PR[n] that hold a pose which only the run knows.
+    pub(super) poses: HashSet<i64>,
     /// What the program has set of flags, markers and outputs, by name: `F[1]`.
     signals: HashMap<String, Assumed>,
     /// What the program sets to what is not known, by name, `f[1]`, or of a list any, `f`: what
@@ -34,6 +36,7 @@ impl<'a> Registers<'a> {
             numbers: HashMap::new(),
             positions: HashMap::new(),
             components: HashMap::new(),
+            poses: HashSet::new(),
             signals: HashMap::new(),
             forgotten: HashSet::new(),
         }
@@ -117,8 +120,7 @@ impl<'a> Registers<'a> {
         let zero = || {
             let name = format!("PR[{number}]");
             let is_zero = self.assumed(&name) == Some(Assumed::Number(0.0));
-            let parts = || POSE.map(|name| (name.to_owned(), 0.0)).into();
-            is_zero.then(|| Ok(Group { parts: parts(), ..Group::default() }))
+            is_zero.then(|| Ok(no_shift()))
         };
         self.positions.get(&number).cloned().or_else(zero)
     }
@@ -126,7 +128,25 @@ impl<'a> Registers<'a> {
     /// PR[n] as a whole.
     pub(super) fn set_position(&mut self, number: i64, found: Result<Group, String>) {
         self.components.remove(&number);
+        self.poses.remove(&number);
         self.positions.insert(number, found);
+    }
+
+    /// Whether only components of PR[n] have been set.
+    pub(super) fn is_set_in_part(&self, number: i64) -> bool {
+        self.components.contains_key(&number)
+    }
+
+    /// `PR[1]-PR[1]` of a pose, which programs write for zero.
+    pub(super) fn is_pose_less_itself(&self, value: &str) -> bool {
+        let Some((number, rest)) = register(value, "PR") else { return false };
+        let other = rest.trim_start().strip_prefix('-').map(str::trim_start);
+        let other = other.and_then(|rest| register(rest, "PR"));
+        let is_pose = || match self.position(number) {
+            Some(Ok(group)) => POSE.iter().all(|name| group.parts.contains_key(*name)),
+            _ => self.poses.contains(&number),
+        };
+        other.is_some_and(|(other, rest)| other == number && rest.trim().is_empty()) && is_pose()
     }
 
     /// A component of a register of which others are not known, and so neither is whether it is a
@@ -374,6 +394,11 @@ pub(super) fn split_outside<'t>(text: &'t str, sign: &str) -> Option<(&'t str, &
 fn indexed(name: &str) -> Option<(&str, &str)> {
     let (list, index) = name.strip_suffix(']')?.split_once('[')?;
     Some((list, index.split(':').next()?))
+}
+
+/// A pose without shift and turn.
+pub(super) fn no_shift() -> Group {
+    Group { parts: POSE.map(|name| (name.to_owned(), 0.0)).into(), ..Group::default() }
 }
 
 /// `R[5:comment]` at the start of a text: the number, and what follows.

@@ -274,7 +274,9 @@ impl Parser {
             | "circ_rel" | "sptp_rel" | "slin_rel" | "scirc_rel" | "spl_rel" => {
                 cursor.behind(1)?.motion(&first)
             }
-            "resume" | "brake" => Err(format!("{}: is not supported", first.to_uppercase())),
+            "resume" | "brake" | "time_block" | "const_vel" => {
+                Err(format!("{}: is not supported", first.to_uppercase()))
+            }
             // What it sets is not known behind it.
             "pulse" => cursor.other(),
             "anout" => {

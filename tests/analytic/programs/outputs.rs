@@ -202,6 +202,27 @@ fn an_arc_point_of_tp_is_not_shifted() {
     assert_eq!(at(&found[0]), 6);
 }
 
+/// What programs write for a shift along one axis, of a register of which they know nothing.
+#[test]
+fn a_pose_less_itself_is_no_shift() {
+    let shifted = |set: &str| tp(&format!("{set}{LINE} Offset,PR[2] ;\n"));
+    let zeroed = "PR[2]=LPOS ;\nPR[2]=PR[2]-PR[2] ;\nPR[2,3]=20 ;\n";
+    let end = super::support::end(shifted(zeroed).unwrap().moves.last().unwrap()).1;
+    assert!((end.translation.vector.z - 0.02).abs() < 1e-9, "{end}");
+    // Of joints, of another register, and of what the program has not set.
+    for set in [
+        "PR[2]=JPOS ;\nPR[2]=PR[2]-PR[2] ;\nPR[2,3]=20 ;\n",
+        "PR[2]=LPOS ;\nPR[2]=PR[2]-PR[3] ;\nPR[2,3]=20 ;\n",
+        "PR[2]=PR[2]-PR[2] ;\n",
+    ] {
+        let found = shifted(set).expect_err(set);
+        assert_eq!(at(&found[0]), 5 + set.lines().count(), "{found:?}");
+        // The job's word holds only before the program sets the register.
+        let is_set = !set.contains("PR[2,3]");
+        assert_eq!(found[0].what.contains("assume"), !is_set, "{found:?}");
+    }
+}
+
 #[test]
 fn an_output_of_tp_that_a_motion_sets_decides_nothing() {
     let text = |option: &str| {

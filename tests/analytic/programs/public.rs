@@ -399,3 +399,53 @@ fn moves_behind_the_end_that_nothing_calls_are_a_doubt() {
     let more = format!("{heidenhain}8 LBL 2\n9 L X+30\n10 LBL 0\n11 END PGM A MM\n");
     assert_eq!(lines(&more, Dialect::Heidenhain), [10]);
 }
+
+/// As the posts of Autodesk write them. Times by hand: rapids aside, a quarter of a circle of 10 mm, and a hole of 20 mm
+/// at 150 mm/min from 2 mm above.
+#[test]
+fn movarc_and_the_unit_before_the_feed() {
+    const START: &str = "UNITS/MM\nFEDRAT/500,MMPM\nGOTO/10,0,0\nGOTO/10,0,5\nGOTO/10,0,0\n";
+    let arc = |words: &str, behind: &str| format!("{START}MOVARC/0,0,0,0,0,1,10{words}\n{behind}");
+    let to = |words: &str| of(&arc(words, "GOTO/0,10,0"), Dialect::Apt);
+    assert_via(&to(",ANGLE,90"), 3, [10.0 * 0.5_f64.sqrt(), 10.0 * 0.5_f64.sqrt(), 0.0]);
+    assert_eq!(doubts(&to(",ANGLE,90")), []);
+    // Without an angle, and of half a turn, nothing says which way round.
+    assert_eq!(doubts(&to("")), [(Code::UnitAssumed, 6)]);
+    let half = of(&arc(",ANGLE,180", "GOTO/-10,0,0"), Dialect::Apt);
+    assert_eq!(doubts(&half), [(Code::UnitAssumed, 6)]);
+    let whole = of(&arc(",ANGLE,360", "GOTO/10,0,0"), Dialect::Apt);
+    // In two halves.
+    assert_via(&whole, 3, [0.0, 10.0, 0.0]);
+    for (words, behind, said) in [
+        (",ANGLE,80", "GOTO/0,10,0", "the angle is 80.00°, and its points are 90.00° apart"),
+        (",ANGLE,450", "GOTO/0,10,0", "the angle is 450.00°"),
+        (",TURNS,2", "GOTO/0,10,0", "'TURNS' is not understood"),
+        (",ANGLE,90", "FEDRAT/9", "no GOTO follows"),
+    ] {
+        let found = faults(&arc(words, behind), Dialect::Apt);
+        assert!(found[0].what.contains(said), "{words}: {found:?}");
+        assert!(matches!(at(&found[0]), 6 | 7), "{found:?}");
+    }
+    for words in ["20,MMPM,150,2", "20,MMPM,150,RAPTO,2", "20,MMPM,150,RAPTO,2,DWELL,0"] {
+        let program = of(&format!("{START}CYCLE/DRILL,{words}\nGOTO/0,0,0\n"), Dialect::Apt);
+        let drilled: Vec<_> = program.moves[3..]
+            .iter()
+            .map(|it| (super::support::end(it).1.translation.vector.z * 1e3, it.feed_m_per_s * 6e4))
+            .filter(|(z, _)| *z < 1.9)
+            .collect();
+        let [(z, feed)] = drilled[..] else { panic!("{words}: {drilled:?}") };
+        assert!((z + 20.0).abs() < 1e-9 && (feed - 150.0).abs() < 1e-9, "{words}: {z} {feed}");
+        assert_eq!(doubts(&program), [], "{words}");
+    }
+    let both = format!("{START}CYCLE/DRILL,12,MMPM,200,15,RAPTO,10\nGOTO/0,0,0");
+    let found = faults(&both, Dialect::Apt);
+    assert!(found[0].what.contains("which is the clearance is not known"), "{found:?}");
+}
+
+#[test]
+fn a_part_program_of_apt_is_named_as_one() {
+    let text = "PARTNO SQUARE\nL1=LINE/0,0,10,0\nC1 = CIRCLE/0,0,5\nGOTO/0,0,0";
+    let found = faults(text, Dialect::Apt);
+    assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [2], "{found:?}");
+    assert!(found[0].what.contains("run it through the APT processor"), "{found:?}");
+}

@@ -199,6 +199,11 @@ fn arcs_of_cam_systems_bend_the_right_way() {
     let half = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
     for (text, vias) in [
         ("CIRCLE/0,0,0,0,0,1,10,0.06,0.5\nGOTO/0,10,0", vec![[half, half, 0.0]]),
+        ("MOVARC/0,0,0,0,0,1,10,ANGLE,90\nGOTO/0,10,0", vec![[half, half, 0.0]]),
+        ("MOVARC/0,0,0,0,0,1,10,90\nGOTO/0,10,0", vec![[half, half, 0.0]]),
+        ("MOVARC/CENTER,0,0,0,AXIS,0,0,1,RADIUS,10,ANGLE,90\nGOTO/0,10,0", vec![[half, half, 0.0]]),
+        // Some posts leave the axis as it is where the arc runs clockwise: the angle tells.
+        ("MOVARC/0,0,0,0,0,1,10,ANGLE,90\nGOTO/0,-10,0", vec![[half, -half, 0.0]]),
         // Three quarters in two pieces: by −67.5° and −202.5°.
         (
             "CIRCLE/0,0,0,0,0,-1,10\nGOTO/0,10,0",
