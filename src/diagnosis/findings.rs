@@ -262,8 +262,8 @@ fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> Vec<Suspect> {
     group
 }
 
-/// The forms of a suspect that explain as much with no further cause, each with what it is behind the finding `i` in BIC,
-/// best first.
+/// The forms of a suspect that are within reach, each with what it is behind the finding `i` in
+/// BIC, best first.
 fn forms_within_reach<'m, 'c>(
     choice: &'m Choice<'c>,
     i: usize,
@@ -309,7 +309,8 @@ pub(super) fn next(
             let of_forms: Option<Vec<_>> = forms.iter().map(parts).collect();
             // Where nothing is known of the parameters, nothing is known of poses.
             let Some(of_forms) = of_forms else { continue };
-            // What stays possible in another form is not parted: a law with no slope says what a plain spring does.
+            // What stays possible in another form is not parted: a law of no slope says what a
+            // plain spring does.
             let is_parted = of_forms.iter().all(|poses| !poses.is_empty());
             let found = of_forms.into_iter().next().filter(|_| is_parted).unwrap_or_default();
             if found.is_empty() {

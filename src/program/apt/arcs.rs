@@ -46,8 +46,8 @@ impl Reader<'_> {
         self.open_arc(line, minor, None)
     }
 
-    /// `MOVARC/x,y,z,i,j,k,r[,ANGLE],a` of Autodesk's posts, some of which write CENTER, AXIS and RADIUS before their
-    /// numbers. The angle tells which way round.
+    /// `MOVARC/x,y,z,i,j,k,r[,ANGLE],a` of Autodesk's posts, some of which write CENTER, AXIS and
+    /// RADIUS before their numbers. The angle tells which way round.
     pub(super) fn move_arc(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         const WORDS: [(usize, &str); 4] = [(0, "CENTER"), (3, "AXIS"), (6, "RADIUS"), (7, "ANGLE")];
         let mut numbers: Vec<Word<'_>> = Vec::new();
@@ -200,7 +200,8 @@ impl Reader<'_> {
     }
 }
 
-/// The axis about which an arc turns counterclockwise by an angle, rad: the given one, or against it; `None` where both do.
+/// The axis about which an arc turns counterclockwise by an angle, rad: the given one, or against
+/// it; `None` where both do.
 fn turned_by(
     angle: f64,
     [from, to, centre]: [Vector3<f64>; 3],

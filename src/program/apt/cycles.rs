@@ -174,8 +174,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// `DRILL,20,MMPM,150,2` and `DRILL,20,MMPM,150,RAPTO,2`: the depth, and behind it keywords, of which the feed's is its
-    /// unit; a clearance may stand alone.
+    /// `DRILL,20,MMPM,150,2` and `DRILL,20,MMPM,150,RAPTO,2`: the depth, and behind it keywords, of
+    /// which the feed's is its unit; a clearance may stand alone.
     fn unit_before_feed(
         &mut self,
         line: usize,

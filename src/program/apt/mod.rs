@@ -137,8 +137,9 @@ impl<'a> Reader<'a> {
         self.may_end = matches!(major.as_str(), "END-OF-PATH" | "END");
         let is_set = statement.tokens.get(1).is_some_and(|it| it.kind == Kind::Symbol(b'='));
         if is_set && !words::WITHOUT_MOTION.contains(&major.as_str()) {
-            let what = "this is an APT part program, which defines geometry, and no cutter-location \
-                        data: run it through the APT processor and give what that writes";
+            let what = "this is an APT part program, which defines geometry, and no \
+                        cutter-location data: run it through the APT processor and give what \
+                        that writes";
             self.cutter.log.error(Code::Syntax, line, what);
             return true;
         }

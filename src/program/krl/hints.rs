@@ -5,9 +5,12 @@ use std::collections::HashSet;
 
 use super::interrupts::fixed_key;
 use super::run::Run;
+use super::signals::named_by;
 use super::syntax::{Block, Expr, File, Path, Routine, What};
+use super::value::Value;
 use super::walk::{blocks_in, names_in};
 use super::words::{is_harmless, sounds_like_motion};
+use crate::notes::Code;
 use crate::program::cell::all;
 use crate::program::spindle_names::{doubt, is_spindles};
 use crate::program::{Setter, Settings};
@@ -171,5 +174,51 @@ impl<'a> Run<'a> {
             }
         }
         false
+    }
+
+    /// Every name of a datum: its key, and what SIGNAL calls it.
+    pub(super) fn names(&self, key: &str) -> Vec<String> {
+        let signals = self.file.signals.names_of(key).iter().cloned();
+        std::iter::once(key.to_owned()).chain(signals).collect()
+    }
+
+    /// An output is set that belongs to others, too: those are no longer known, and the job may
+    /// read one of them.
+    pub(super) fn set_in_part(&mut self, line: usize, key: &str) {
+        for other in self.file.signals.shared_with(key) {
+            let what = format!("'{key}' is a part of '{other}'");
+            if named_by(self.settings).any(|own| self.names(&other).contains(&own)) {
+                let told = format!("{what}, which the job reads: what it is set to is not known");
+                self.log.warning(Code::SpindleCommand, line, told);
+            }
+            self.forgotten.insert(other.clone());
+            self.globals.insert(other, Value::unknown(what));
+        }
+    }
+
+    /// Tells of a name that no file declares where the job reads an output, and of an output where
+    /// no file says which one the job's name is.
+    pub(super) fn doubt_undeclared(&mut self, line: usize, path: &Path) {
+        let is_declared = self.is_own(&path.name) || self.types.contains_key(&path.name);
+        let signals = &self.file.signals;
+        let is_signal = |name: &str| name.starts_with('$') || signals.knows(name);
+        // What inline forms set before BAS.
+        let is_form = path.name.ends_with("_act");
+        let is_given_on = self.given_on.contains(path.name.as_str());
+        let is_known = is_declared || is_given_on || is_form || is_signal(&path.name);
+        let is_unknown = !is_known && path.fields.is_empty();
+        let is_analog = path.name == "$anout";
+        let may_be = named_by(self.settings).find(|own| match own.starts_with('$') {
+            true => is_unknown,
+            false => is_analog && !signals.knows(own) && !self.types.contains_key(own),
+        });
+        if let Some(own) = may_be {
+            let what = format!(
+                "'{}' may be '{own}', which the job reads: no file that is read says so with \
+                 SIGNAL; path.program.files in the job can name the one that does",
+                path.name
+            );
+            self.log.warning(Code::SpindleCommand, line, what);
+        }
     }
 }

@@ -11,6 +11,7 @@ mod eval;
 mod hints;
 mod interrupts;
 mod lexer;
+mod lines;
 mod moves;
 mod parser;
 mod run;

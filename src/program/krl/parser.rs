@@ -1,7 +1,8 @@
 //! Lines of KRL → routines and data lists. A statement that is not understood is kept as such, so
 //! that it is a fault only where the program reaches it.
 
-use super::lexer::{Kind, tokens};
+use super::lexer::Kind;
+use super::lines::{Line, lines};
 use super::signals::Outputs;
 use super::syntax::{
     Block, Cases, Expr, File, Motion, Parameter, Path, Routine, Statement, Way, What,
@@ -62,52 +63,6 @@ pub(super) fn parse(text: &str, file: &mut File, number: usize) {
     }
     file.statement_count += parser.count;
     parser.signals.into_iter().for_each(|(name, outputs)| file.signals.add(name, outputs));
-}
-
-struct Line {
-    number: usize,
-    tokens: Result<Vec<Kind>, String>,
-    /// As written, for names.
-    text: String,
-}
-
-impl Line {
-    fn tokens(&self) -> &[Kind] {
-        self.tokens.as_deref().unwrap_or_default()
-    }
-
-    /// The first word, `global` before a routine or a declaration skipped.
-    fn first(&self) -> &str {
-        let word = |index: usize| match self.tokens().get(index) {
-            Some(Kind::Word(word)) => word.as_str(),
-            _ => "",
-        };
-        let second = word(1);
-        if word(0) == "global"
-            && matches!(second, "def" | "deffct" | "decl" | "interrupt" | "signal")
-        {
-            second
-        } else {
-            word(0)
-        }
-    }
-}
-
-fn lines(text: &str, is_main: bool) -> Vec<Line> {
-    let mut offset = 0;
-    let mut found = Vec::new();
-    for (index, whole) in text.split_inclusive('\n').enumerate() {
-        let content = whole.trim_end_matches(['\n', '\r']);
-        let start = content.trim_start();
-        if !start.is_empty() && !start.starts_with([';', '&']) {
-            let tokens = tokens(content, is_main.then_some(offset));
-            if !tokens.as_ref().is_ok_and(Vec::is_empty) {
-                found.push(Line { number: index + 1, tokens, text: start.to_owned() });
-            }
-        }
-        offset += whole.len();
-    }
-    found
 }
 
 struct Parser {

@@ -1,13 +1,9 @@
-//! Names that the files give to outputs, `SIGNAL SPIN $ANOUT[1]`, `SIGNAL SPEED $OUT[1] TO $OUT[16]`: an output and all its
-//! names are one to the job.
+//! Names that the files give to outputs, `SIGNAL SPIN $ANOUT[1]`, `SIGNAL SPEED $OUT[1] TO
+//! $OUT[16]`: an output and all its names are one to the job.
 
 use std::collections::HashMap;
 
 use super::lexer::Kind;
-use super::run::Run;
-use super::syntax::Path;
-use super::value::Value;
-use crate::notes::Code;
 use crate::program::cell::all;
 use crate::program::{Setter, Settings};
 
@@ -95,7 +91,8 @@ impl Signals {
         }
     }
 
-    /// The key of the outputs that a name stands for; the name itself where it is none, or of several.
+    /// The key of the outputs that a name stands for; the name itself where it is none, or of
+    /// several.
     pub(super) fn key(&self, name: String) -> String {
         match self.by_name.get(&name).map(Vec::as_slice) {
             Some([outputs]) => outputs.key(),
@@ -103,13 +100,18 @@ impl Signals {
         }
     }
 
+    /// Whether a file says what a name stands for.
+    pub(super) fn knows(&self, name: &str) -> bool {
+        self.by_name.contains_key(name)
+    }
+
     /// The names of what has this key.
-    fn names_of(&self, key: &str) -> &[String] {
+    pub(super) fn names_of(&self, key: &str) -> &[String] {
         self.names.get(key).map_or(&[], Vec::as_slice)
     }
 
     /// Keys of other outputs and rows of them that share one with these.
-    fn shared_with(&self, key: &str) -> Vec<String> {
+    pub(super) fn shared_with(&self, key: &str) -> Vec<String> {
         let named =
             || self.names_of(key).iter().filter_map(|name| self.by_name.get(name)).flatten();
         let row = || named().find(|known| known.key() == key).cloned();
@@ -139,53 +141,4 @@ pub(super) fn named_by(settings: &Settings) -> impl Iterator<Item = String> {
         Setter::Signal(name) => Some(name.to_lowercase()),
         _ => None,
     })
-}
-
-impl Run<'_> {
-    /// Every name of a datum: its key, and what SIGNAL calls it.
-    pub(super) fn names(&self, key: &str) -> Vec<String> {
-        let signals = self.file.signals.names_of(key).iter().cloned();
-        std::iter::once(key.to_owned()).chain(signals).collect()
-    }
-
-    /// An output is set that belongs to others, too: those are no longer known, and the job may read one of them.
-    pub(super) fn set_in_part(&mut self, line: usize, key: &str) {
-        for other in self.file.signals.shared_with(key) {
-            let what = format!("'{key}' is a part of '{other}'");
-            if named_by(self.settings).any(|own| self.names(&other).contains(&own)) {
-                let told = format!("{what}, which the job reads: what it is set to is not known");
-                self.log.warning(Code::SpindleCommand, line, told);
-            }
-            self.forgotten.insert(other.clone());
-            self.globals.insert(other, Value::unknown(what));
-        }
-    }
-
-    /// Tells of a name that no file declares where the job reads an output, and of an output where no file says which one
-    /// the job's name is.
-    pub(super) fn doubt_undeclared(&mut self, line: usize, path: &Path) {
-        let is_declared = self.is_own(&path.name) || self.types.contains_key(&path.name);
-        let signals = &self.file.signals;
-        let is_signal = |name: &str| name.starts_with('$') || signals.by_name.contains_key(name);
-        // What inline forms set before BAS.
-        let is_form = path.name.ends_with("_act");
-        let is_given_on = self.given_on.contains(path.name.as_str());
-        let is_known = is_declared || is_given_on || is_form || is_signal(&path.name);
-        let is_unknown = !is_known && path.fields.is_empty();
-        let is_analog = path.name == "$anout";
-        let may_be = named_by(self.settings).find(|own| match own.starts_with('$') {
-            true => is_unknown,
-            false => {
-                is_analog && !signals.by_name.contains_key(own) && !self.types.contains_key(own)
-            }
-        });
-        if let Some(own) = may_be {
-            let what = format!(
-                "'{}' may be '{own}', which the job reads: no file that is read says so with \
-                 SIGNAL; path.program.files in the job can name the one that does",
-                path.name
-            );
-            self.log.warning(Code::SpindleCommand, line, what);
-        }
-    }
 }
