@@ -56,7 +56,7 @@ impl Reader<'_> {
                 Word::Name(key)
                     if WORDS.iter().any(|(at, own)| *at == numbers.len() && is(key, own)) => {}
                 Word::Name(key) => return Err(format!("'{key}' is not understood")),
-                number => numbers.push(number.clone()),
+                number => numbers.push(*number),
             }
         }
         let angle = match numbers.len() {
