@@ -102,7 +102,7 @@ impl<'a> Run<'a> {
                 Expr::Ref(path) if !matches!(path.name.as_str(), "on" | "off") => Some(path),
                 _ => None,
             });
-            output.take(1).for_each(|path| self.doubt_undeclared(line, path));
+            output.take(1).for_each(|path| self.doubt_undeclared(line, path, &[]));
         }
         if matches!(name, "pulse" | "anout") || !is_harmless(name) && name != "bas" {
             let mut names = names_in(args.iter().flatten().collect());
@@ -132,7 +132,7 @@ impl<'a> Run<'a> {
             What::Assign(path, expr) => {
                 self.doubt_assignment(line, path, expr);
                 if matches!(expr, Expr::Number(..) | Expr::Minus(_) | Expr::Binary(..)) {
-                    self.doubt_undeclared(line, path);
+                    self.doubt_undeclared(line, path, &names_in(vec![expr]));
                 }
             }
             What::Call(name, args) if !self.file.routines.contains_key(name) => {
@@ -197,8 +197,8 @@ impl<'a> Run<'a> {
     }
 
     /// Tells of a name that no file declares where the job reads an output, and of an output where
-    /// no file says which one the job's name is.
-    pub(super) fn doubt_undeclared(&mut self, line: usize, path: &Path) {
+    /// no file says which one the job's name is, unless it is set from that name.
+    pub(super) fn doubt_undeclared(&mut self, line: usize, path: &Path, from: &[&str]) {
         let is_declared = self.is_own(&path.name) || self.types.contains_key(&path.name);
         let signals = &self.file.signals;
         let is_signal = |name: &str| name.starts_with('$') || signals.knows(name);
@@ -210,7 +210,10 @@ impl<'a> Run<'a> {
         let is_analog = path.name == "$anout";
         let may_be = named_by(self.settings).find(|own| match own.starts_with('$') {
             true => is_unknown,
-            false => is_analog && !signals.knows(own) && !self.types.contains_key(own),
+            false => {
+                let is_datum = self.is_own(own) || self.types.contains_key(own);
+                is_analog && !signals.knows(own) && !is_datum && !from.contains(&own.as_str())
+            }
         });
         if let Some(own) = may_be {
             let what = format!(

@@ -60,7 +60,7 @@ impl<'a> Run<'a> {
         }
         for path in unread.sets {
             self.doubt_set(line, path);
-            self.doubt_undeclared(line, path);
+            self.doubt_undeclared(line, path, &[]);
             let what = format!("'{}' is set by {by}: known only at run time", path.name);
             self.forget(path, &what);
         }

@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Matrix3};
 use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
 use super::value::{AXES, EXTERNAL, FRAME, Parts, Value, frame, numbers, part, pose};
+use super::walk::names_in;
 use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Configuration, Load, Target};
 use crate::notes::Code;
@@ -28,7 +29,7 @@ impl<'a> Run<'a> {
         }
         self.doubt_assignment(line, path, expr);
         if matches!(value, Value::Num(..) | Value::Unknown(_)) {
-            self.doubt_undeclared(line, path);
+            self.doubt_undeclared(line, path, &names_in(vec![expr]));
         }
         if key.starts_with("$anout[") {
             let value = value.clone().num().ok();

@@ -104,6 +104,8 @@ fn a_name_that_no_file_declares_may_be_the_output() {
         let found = program(declared, body, "$ANOUT[1]", "");
         assert!(doubts(&found).is_empty(), "{body}: {:?}", found.warnings);
     }
+    let given_on = program(";", "SPIN=900\n$ANOUT[1]=SPIN/24000", "SPIN", "");
+    assert!(doubts(&given_on).is_empty(), "{:?}", given_on.warnings);
     let body = "SPIN=900\n$ANOUT[1]=5";
     assert_eq!(doubts(&program(";", body, "SPIN", "")), [6]);
     assert!(doubts(&program("SIGNAL SPIN $ANOUT[2]", body, "SPIN", "")).is_empty());
