@@ -8,7 +8,7 @@ use super::fit::Fit;
 use super::hypothesis::Hypothesis;
 use super::interval::{Certainty, averaged, certainties};
 use super::models::{ALTERNATIVE_WITHIN, Model, p_value};
-use super::next_poses::{mass_between, poses_between};
+use super::next_poses::{mass_between, part, poses_between};
 use super::outcome::{Estimate, Evidence, Finding, NextPose, NextTest, Suspect, label};
 use super::problem::Problem;
 use super::statistics::rms;
@@ -271,10 +271,12 @@ fn forms_within_reach<'m, 'c>(
 ) -> Vec<(&'m Model<'c>, f64)> {
     let mut forms: Vec<(&Model<'_>, f64)> = Vec::new();
     for model in &choice.alternatives[i] {
-        let (form, _) = model.fit.hypothesis.effects[i];
+        let Some((form, _)) = model.fit.hypothesis.effects.get(i) else { continue };
         let behind = 2.0 * (choice.best.log_evidence - model.log_evidence);
-        let is_seen =
-            forms.iter().any(|(seen, _)| std::ptr::eq(seen.fit.hypothesis.effects[i].0, form));
+        let is_seen = forms.iter().any(|(seen, _)| {
+            let own = seen.fit.hypothesis.effects.get(i);
+            own.is_some_and(|(own, _)| std::ptr::eq(*own, *form))
+        });
         let is_its = form.cause == suspect.cause && form.at == suspect.at;
         if is_its && !is_seen && behind < 2.0 * ALTERNATIVE_WITHIN {
             forms.push((model, behind));
@@ -301,18 +303,25 @@ pub(super) fn next(
         let own = label(candidate.cause, candidate.at.as_deref());
         for suspect in group(choice, i, candidate) {
             let forms = forms_within_reach(choice, i, &suspect);
-            let Some((model, _)) = forms.first() else { continue };
-            let parts = |(form, behind): &(&Model<'_>, f64)| {
-                let (finding, other) = (&choice.best.fit, &form.fit);
-                poses_between(problem.description, robot, problem.data, finding, other, *behind)
-            };
-            let of_forms: Option<Vec<_>> = forms.iter().map(parts).collect();
+            let Some(((model, behind), others)) = forms.split_first() else { continue };
+            let found = poses_between(
+                problem.description,
+                robot,
+                problem.data,
+                &choice.best.fit,
+                &model.fit,
+                *behind,
+            );
             // Where nothing is known of the parameters, nothing is known of poses.
-            let Some(of_forms) = of_forms else { continue };
+            let Some(mut found) = found else { continue };
             // What stays possible in another form is not parted: a law of no slope says what a
             // plain spring does.
-            let is_parted = of_forms.iter().all(|poses| !poses.is_empty());
-            let found = of_forms.into_iter().next().filter(|_| is_parted).unwrap_or_default();
+            let parts = |(form, behind): &(&Model<'_>, f64)| {
+                part(problem, robot, &found, &choice.best.fit, &form.fit, *behind)
+            };
+            if !others.iter().all(parts) {
+                found.clear();
+            }
             if found.is_empty() {
                 let separates = [own.clone(), suspect.label()];
                 let mass =

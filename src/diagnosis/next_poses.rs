@@ -97,6 +97,36 @@ pub(super) fn poses_between(
     Some(if total < MAY_SEPARATE + behind { Vec::new() } else { chosen })
 }
 
+/// Whether poses separate `finding` from `alternative`, too; not where nothing is known of the
+/// parameters.
+pub(super) fn part(
+    problem: &Problem<'_>,
+    robot: &Robot,
+    poses: &[(Vec<f64>, f64)],
+    finding: &Fit<'_>,
+    alternative: &Fit<'_>,
+    behind: f64,
+) -> bool {
+    let Problem { description, data } = *problem;
+    let known = [finding, alternative].map(|fit| covariance(data, fit));
+    let [Some(of_finding), Some(of_alternative)] = known else { return false };
+    let noise2 = finding.evaluation.noise.scale.powi(2);
+    let mut belief = Belief::new(of_finding, of_alternative);
+    let mut total = 0.0;
+    let Some(any) = anywhere(robot, data, 1).pop() else { return false };
+    for (q, _) in poses {
+        let row = Row { q: q.clone(), ..any.clone() };
+        let columns = data.columns;
+        let Some(seen) = PredictedPose::new(description, &row, columns, finding, alternative)
+        else {
+            continue;
+        };
+        total += belief.odds(&seen, noise2).unwrap_or(0.0);
+        belief.update(&seen, noise2);
+    }
+    total >= MAY_SEPARATE + behind.max(0.0)
+}
+
 /// The mass on a link that separates `finding` from `alternative` best, at the poses of the table;
 /// `None` if no mass does.
 pub(super) fn mass_between(

@@ -16,11 +16,11 @@ pub(super) fn setters(text: &str, dialect: Dialect, settings: &Settings, log: &m
         Setter::Signal(name) | Setter::Procedure(name, _) => Some(name.to_lowercase()),
         Setter::Comment(_) => None,
     });
-    lines_with(&names.collect::<Vec<_>>(), text, dialect, log);
+    warn_of_lines_naming(&names.collect::<Vec<_>>(), text, dialect, log);
 }
 
-/// The same of names in lower case.
-pub(super) fn lines_with(names: &[String], text: &str, dialect: Dialect, log: &mut Log) {
+/// Warns of every line of code that names one of these, in lower case, and has set nothing.
+pub(super) fn warn_of_lines_naming(names: &[String], text: &str, dialect: Dialect, log: &mut Log) {
     if names.is_empty() {
         return;
     }
@@ -93,7 +93,8 @@ fn is_definition(code: &str, dialect: Dialect) -> bool {
     first.iter().any(|word| matches!(*word, "proc" | "func" | "def" | "deffct"))
         || first.first().is_some_and(|word| matches!(*word, "var" | "pers"))
         // `GLOBAL SIGNAL SPIN $ANOUT[1]`.
-        || dialect == Dialect::Krl && first.iter().take(2).any(|word| *word == "signal")
+        || dialect == Dialect::Krl
+            && code.split_whitespace().find(|word| *word != "global") == Some("signal")
 }
 
 /// Whether a name stands in a line as a word of its own; an output of TP also where a register

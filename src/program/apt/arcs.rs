@@ -26,6 +26,10 @@ pub(super) struct Open {
 
 /// Angles of MOVARC have a few digits, rad.
 const ANGLE_TOLERANCE: f64 = 0.02;
+const SAME_ANGLE: f64 = 1e-3;
+
+/// Start and end of a full turn are this near, mm.
+const SAME_POINT_MM: f64 = 1e-6;
 
 /// Turns of one helix: a job is no spring.
 const MOST_TURNS: f64 = 1000.0;
@@ -58,6 +62,9 @@ impl Reader<'_> {
                 Word::Name(key) => return Err(format!("'{key}' is not understood")),
                 number => numbers.push(*number),
             }
+        }
+        if numbers.len() > 8 {
+            return Err("expected x, y, z, i, j, k, a radius and an angle".to_owned());
         }
         let angle = match numbers.len() {
             8 => {
@@ -125,10 +132,9 @@ impl Reader<'_> {
             Some(angle) => turned_by(angle, [from, to, arc.centre], arc.axis)?,
             None => None,
         };
-        if axis.is_some() {
-            self.senses.lose();
-        } else {
-            self.senses.arc((arc.line, arc.is_of_nx), [from, to, arc.centre], arc.axis);
+        match axis {
+            Some(axis) => self.senses.shown_by_angle(axis == arc.axis),
+            None => self.senses.arc((arc.line, arc.is_of_nx), [from, to, arc.centre], arc.axis),
         }
         self.arc_to(line, [from, to], arc.centre, (axis.unwrap_or(arc.axis), arc.more_turns))
     }
@@ -201,28 +207,25 @@ impl Reader<'_> {
 }
 
 /// The axis about which an arc turns counterclockwise by an angle, rad: the given one, or against
-/// it; `None` where both do.
+/// it; `None` where both do, as of half and whole turns.
 fn turned_by(
     angle: f64,
     [from, to, centre]: [Vector3<f64>; 3],
     axis: Unit<Vector3<f64>>,
 ) -> Result<Option<Unit<Vector3<f64>>>, String> {
     let (start, end) = (from - centre, to - centre);
-    let turned =
-        axis.dot(&start.cross(&end)).atan2(start.dot(&end) - axis.dot(&start) * axis.dot(&end));
-    let ways = [(axis, turned), (-axis, -turned)];
-    let fits = |(_, turned): &(Unit<Vector3<f64>>, f64)| {
-        let off = (angle - turned).rem_euclid(TAU);
-        angle < TAU + ANGLE_TOLERANCE && off.min(TAU - off) < ANGLE_TOLERANCE
-    };
-    let found: Vec<_> = ways.into_iter().filter(fits).map(|(axis, _)| axis).collect();
-    match found.as_slice() {
-        [] => Err(format!(
+    let across = axis.dot(&start.cross(&end));
+    let turned = across.atan2(start.dot(&end) - axis.dot(&start) * axis.dot(&end));
+    let is_whole = (to - from).norm() <= SAME_POINT_MM;
+    let sweep = |turned: f64| if is_whole { TAU } else { turned.rem_euclid(TAU) };
+    let [off, off_against] = [turned, -turned].map(|turned| (angle - sweep(turned)).abs());
+    if off.min(off_against) > ANGLE_TOLERANCE {
+        return Err(format!(
             "the angle is {:.2}°, and its points are {:.2}° apart",
             deg_from_rad(angle),
-            deg_from_rad(turned.rem_euclid(TAU))
-        )),
-        [axis] => Ok(Some(*axis)),
-        _ => Ok(None),
+            deg_from_rad(sweep(turned))
+        ));
     }
+    let is_open = (off - off_against).abs() < SAME_ANGLE;
+    Ok((!is_open).then_some(if off < off_against { axis } else { -axis }))
 }

@@ -91,7 +91,7 @@ impl Reader<'_> {
         };
         let mut is_deep = matches!(first.as_str(), "DEEP" | "DEEP2" | "DEEPHL" | "PECK");
         if rest.first().is_some_and(|word| number(word).is_some()) {
-            self.positional(line, rest, &mut cycle)?;
+            is_deep = self.positional(line, rest, &mut cycle, is_deep)?;
         } else {
             is_deep = self.keywords(line, rest, &mut cycle, is_deep)?;
         }
@@ -119,19 +119,25 @@ impl Reader<'_> {
         line: usize,
         rest: &[Word<'_>],
         cycle: &mut Cycle,
-    ) -> Result<(), String> {
+        is_deep: bool,
+    ) -> Result<bool, String> {
         let count = rest.iter().take_while(|word| number(word).is_some()).count();
         let (numbers, names) = rest.split_at(count);
         let numbers: Vec<_> = numbers.iter().filter_map(number).collect();
-        // `depth, feed, unit, clearance`, or the unit behind all.
         let (word, behind) = names.split_first().map_or((None, names), |(w, rest)| (Some(w), rest));
         let unit = word.and_then(name).map(str::to_ascii_uppercase);
         if let (1, [(depth, _)], [Word::Name(_), Word::Number(..), behind @ ..]) =
             (count, numbers.as_slice(), names)
         {
+            const UNITS: [&str; 6] = ["MMPM", "IPM", "MMPR", "IPR", "PERMIN", "PERREV"];
             cycle.depth = self.mm(depth.abs());
-            return self.unit_before_feed(line, names, behind, cycle);
+            let is_unit = unit.is_some_and(|unit| UNITS.contains(&unit.as_str()));
+            return match behind {
+                _ if !is_unit => self.keywords(line, names, cycle, is_deep),
+                _ => self.unit_before_feed(line, names, behind, (cycle, is_deep)),
+            };
         }
+        // `depth, feed, unit, clearance`, or the unit behind all.
         let numbers = match behind {
             [] => numbers,
             [clear] if count == 2 && number(clear).is_some() => {
@@ -171,7 +177,7 @@ impl Reader<'_> {
             self.state_cycle_feed(line, feed, value, span);
             cycle.feed = Some(feed);
         }
-        Ok(())
+        Ok(is_deep)
     }
 
     /// `DRILL,20,MMPM,150,2` and `DRILL,20,MMPM,150,RAPTO,2`: the depth, and behind it keywords, of
@@ -181,10 +187,15 @@ impl Reader<'_> {
         line: usize,
         words: &[Word<'_>],
         behind: &[Word<'_>],
-        cycle: &mut Cycle,
-    ) -> Result<(), String> {
+        (cycle, is_deep): (&mut Cycle, bool),
+    ) -> Result<bool, String> {
         let words = match behind {
             [Word::Number(clear, _)] => {
+                let what = format!(
+                    "CYCLE: {clear} is taken as the clearance over the point of GOTO, the top of the \
+                     hole: some posts count it from the bottom or from zero; write CLEAR"
+                );
+                self.cutter.log.warning(Code::UnitAssumed, line, what);
                 cycle.clear = self.mm(*clear);
                 words.get(..2).unwrap_or(words)
             }
@@ -196,7 +207,7 @@ impl Reader<'_> {
             }
             _ => words,
         };
-        self.keywords(line, words, cycle, false).map(drop)
+        self.keywords(line, words, cycle, is_deep)
     }
 
     fn state_cycle_feed(

@@ -29,6 +29,8 @@ pub(super) struct Senses {
     /// Lines of arcs that are tangent to the lines beside them the other way round alone, and
     /// whether they are NX's.
     contradicted: Vec<(usize, bool)>,
+    /// Whether the angle of an arc says that it runs clockwise about its axis.
+    is_mixed: bool,
     /// The first arc not of NX about which the lines beside it say nothing.
     silent: Option<usize>,
 }
@@ -91,6 +93,13 @@ impl Senses {
         self.open = Some(open);
     }
 
+    /// An arc whose angle says which way round it runs: about its axis, or against it.
+    pub(super) fn shown_by_angle(&mut self, is_about_axis: bool) {
+        self.lose();
+        self.shows_sense |= is_about_axis;
+        self.is_mixed |= !is_about_axis;
+    }
+
     /// What follows is no straight move from here.
     pub(super) fn lose(&mut self) {
         self.heading = None;
@@ -129,7 +138,8 @@ impl Reader<'_> {
                 self.cutter.log.warning(Code::UnitAssumed, line, what);
             }
         }
-        let is_known = self.senses.is_right_handed || self.senses.shows_sense;
+        let is_shown = self.senses.shows_sense && !self.senses.is_mixed;
+        let is_known = self.senses.is_right_handed || is_shown;
         if let (false, Some(line)) = (is_known, self.senses.silent) {
             let what = "CIRCLE: taken to run counterclockwise about its axis; no line tangent to \
                         an arc shows that, and some systems write it the other way round";

@@ -6,9 +6,11 @@ use std::collections::HashMap;
 use nalgebra::Isometry3;
 
 use super::run::Run;
+use super::signals::named_by;
 use super::syntax::{Expr, Path};
 use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, base, frame, of_frame, unset};
 use super::words::is_own_function;
+use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame};
 use crate::program::{Assumed, Settings};
 use crate::units::{deg_from_rad, rad_from_deg};
@@ -80,8 +82,13 @@ impl<'a> Run<'a> {
             Some(frame) => Some(frame.data.get(key).cloned().unwrap_or_else(|| unset(key))),
             None => self.globals.get(key).cloned(),
         };
-        let assumed = self.settings.assume.get(key).filter(|_| !self.forgotten.contains(key));
-        match (own, assumed) {
+        if let Some(value) = own.as_ref().filter(|value| !matches!(value, Value::Unknown(_))) {
+            return value.clone();
+        }
+        // The job may call an output by any of its names.
+        let names = self.names(key);
+        let assumed = names.iter().find_map(|name| self.settings.assume.get(name));
+        match (own, assumed.filter(|_| !self.forgotten.contains(key))) {
             (None | Some(Value::Unknown(_)), Some(Assumed::Truth(value))) => {
                 return Value::Bool(*value);
             }
@@ -100,7 +107,8 @@ impl<'a> Run<'a> {
             _ if key.starts_with("tool_data[") => self.of_job(key, tool_frame),
             _ if key.starts_with("base_data[") => self.of_job(key, base_frame),
             _ if key.starts_with('$') => {
-                Value::unknown(format!("'{}' is known only at run time", key.to_uppercase()))
+                let shown = names.last().map_or(key, String::as_str).to_uppercase();
+                Value::unknown(format!("'{shown}' is known only at run time"))
             }
             _ => Value::unknown(format!("'{key}' is declared in no file that is read")),
         }
@@ -198,16 +206,39 @@ impl<'a> Run<'a> {
         match self.key(path) {
             Ok(key) => {
                 self.forgotten.insert(key.clone());
+                self.forget_sharing(&key);
                 self.store(&key).insert(key, Value::unknown(what));
             }
             Err(_) => self.forget_all(&path.name, what),
         }
     }
 
+    /// An output is set that belongs to others, too: those are no longer known, and the job may
+    /// read one of them.
+    pub(super) fn forget_sharing(&mut self, key: &str) {
+        for other in self.file.signals.shared_with(key) {
+            let [set, shared] = [key, &other].map(|key| self.names(key).pop().unwrap_or_default());
+            let [set, shared] = [set, shared].map(|name| name.to_uppercase());
+            let what = format!("'{shared}' shares outputs with '{set}', which is set");
+            if named_by(self.settings).any(|own| self.names(&other).contains(&own)) {
+                let told = format!("{what} here: what the job reads from it is not known");
+                self.log.warning(Code::SpindleCommand, self.line, told);
+            }
+            self.forgotten.insert(other.clone());
+            self.globals.insert(other, Value::unknown(what));
+        }
+    }
+
+    /// Every name of a datum: its key, and what SIGNAL calls it.
+    pub(super) fn names(&self, key: &str) -> Vec<String> {
+        let signals = self.file.signals.names_of(key).iter().cloned();
+        std::iter::once(key.to_owned()).chain(signals).collect()
+    }
+
     /// No element of an array is known any longer.
     pub(super) fn forget_all(&mut self, name: &str, what: &str) {
-        let assumed = self.settings.assume.keys().filter(|key| base(key) == name);
-        self.forgotten.extend(assumed.cloned());
+        let assumed = self.settings.assume.keys().map(|key| self.file.signals.key(key.clone()));
+        self.forgotten.extend(assumed.filter(|key| base(key) == name));
         for (key, value) in self.store(name) {
             if base(key) == name {
                 *value = Value::unknown(what);

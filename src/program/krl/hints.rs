@@ -7,7 +7,6 @@ use super::interrupts::fixed_key;
 use super::run::Run;
 use super::signals::named_by;
 use super::syntax::{Block, Expr, File, Path, Routine, What};
-use super::value::Value;
 use super::walk::{blocks_in, names_in};
 use super::words::{is_harmless, sounds_like_motion};
 use crate::notes::Code;
@@ -102,7 +101,7 @@ impl<'a> Run<'a> {
                 Expr::Ref(path) if !matches!(path.name.as_str(), "on" | "off") => Some(path),
                 _ => None,
             });
-            output.take(1).for_each(|path| self.doubt_undeclared(line, path, &[]));
+            output.take(1).for_each(|path| self.doubt_undeclared(line, path, None));
         }
         if matches!(name, "pulse" | "anout") || !is_harmless(name) && name != "bas" {
             let mut names = names_in(args.iter().flatten().collect());
@@ -131,9 +130,7 @@ impl<'a> Run<'a> {
         match what {
             What::Assign(path, expr) => {
                 self.doubt_assignment(line, path, expr);
-                if matches!(expr, Expr::Number(..) | Expr::Minus(_) | Expr::Binary(..)) {
-                    self.doubt_undeclared(line, path, &names_in(vec![expr]));
-                }
+                self.doubt_undeclared(line, path, Some(expr));
             }
             What::Call(name, args) if !self.file.routines.contains_key(name) => {
                 self.doubt_call(line, name, args);
@@ -176,29 +173,13 @@ impl<'a> Run<'a> {
         false
     }
 
-    /// Every name of a datum: its key, and what SIGNAL calls it.
-    pub(super) fn names(&self, key: &str) -> Vec<String> {
-        let signals = self.file.signals.names_of(key).iter().cloned();
-        std::iter::once(key.to_owned()).chain(signals).collect()
-    }
-
-    /// An output is set that belongs to others, too: those are no longer known, and the job may
-    /// read one of them.
-    pub(super) fn set_in_part(&mut self, line: usize, key: &str) {
-        for other in self.file.signals.shared_with(key) {
-            let what = format!("'{key}' is a part of '{other}'");
-            if named_by(self.settings).any(|own| self.names(&other).contains(&own)) {
-                let told = format!("{what}, which the job reads: what it is set to is not known");
-                self.log.warning(Code::SpindleCommand, line, told);
-            }
-            self.forgotten.insert(other.clone());
-            self.globals.insert(other, Value::unknown(what));
-        }
-    }
-
     /// Tells of a name that no file declares where the job reads an output, and of an output where
     /// no file says which one the job's name is, unless it is set from that name.
-    pub(super) fn doubt_undeclared(&mut self, line: usize, path: &Path, from: &[&str]) {
+    pub(super) fn doubt_undeclared(&mut self, line: usize, path: &Path, expr: Option<&Expr>) {
+        if expr.is_some_and(|expr| !may_be_number(expr)) {
+            return;
+        }
+        let from = names_in(expr.into_iter().collect());
         let is_declared = self.is_own(&path.name) || self.types.contains_key(&path.name);
         let signals = &self.file.signals;
         let is_signal = |name: &str| name.starts_with('$') || signals.knows(name);
@@ -209,7 +190,8 @@ impl<'a> Run<'a> {
         let is_unknown = !is_known && path.fields.is_empty();
         let is_analog = path.name == "$anout";
         let may_be = named_by(self.settings).find(|own| match own.starts_with('$') {
-            true => is_unknown,
+            // A file that names the output has it from where all names are.
+            true => is_unknown && signals.names_of(own).is_empty(),
             false => {
                 let is_datum = self.is_own(own) || self.types.contains_key(own);
                 is_analog && !signals.knows(own) && !is_datum && !from.contains(&own.as_str())
@@ -223,5 +205,16 @@ impl<'a> Run<'a> {
             );
             self.log.warning(Code::SpindleCommand, line, what);
         }
+    }
+}
+
+/// Whether an expression may give a number, as analog outputs take.
+fn may_be_number(expr: &Expr) -> bool {
+    const OF_SIGNS: [&str; 4] = ["$in", "$out", "$flag", "$cycflag"];
+    match expr {
+        Expr::Number(..) | Expr::Minus(_) | Expr::Call(..) => true,
+        Expr::Ref(path) => !OF_SIGNS.contains(&path.name.as_str()),
+        Expr::Binary(operator, ..) => matches!(*operator, "+" | "-" | "*" | "/"),
+        _ => false,
     }
 }

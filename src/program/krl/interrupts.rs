@@ -13,7 +13,8 @@ use crate::notes::Code;
 struct Unread<'a> {
     /// With motion, or with what motion depends on.
     motion: Option<String>,
-    sets: Vec<&'a Path>,
+    /// What it sets, and to what; not what its own routines declare.
+    sets: Vec<(&'a Path, Option<&'a Expr>)>,
 }
 
 impl<'a> Run<'a> {
@@ -58,9 +59,9 @@ impl<'a> Run<'a> {
             let what = format!("{by} {motion} when it comes: this is not read");
             self.log.warning(Code::MotionLeftOut, line, what);
         }
-        for path in unread.sets {
+        for (path, expr) in unread.sets {
             self.doubt_set(line, path);
-            self.doubt_undeclared(line, path, &[]);
+            self.doubt_undeclared(line, path, expr);
             let what = format!("'{}' is set by {by}: known only at run time", path.name);
             self.forget(path, &what);
         }
@@ -69,7 +70,7 @@ impl<'a> Run<'a> {
     /// What a statement and all that it calls would do.
     fn unread(&self, what: &'a What) -> Unread<'a> {
         let mut found = Unread { motion: None, sets: Vec::new() };
-        let mut seen = HashSet::new();
+        let (mut seen, mut own) = (HashSet::new(), HashSet::new());
         let mut open = vec![what];
         while let Some(what) = open.pop() {
             let mut bodies = blocks_in(what);
@@ -88,13 +89,13 @@ impl<'a> Run<'a> {
                 What::Assign(path, _) if sets_motion(&path.name) => {
                     Some(format!("sets {}", path.name.to_uppercase()))
                 }
-                What::Assign(path, _) => {
-                    found.sets.push(path);
+                What::Assign(path, expr) => {
+                    found.sets.push((path, Some(expr)));
                     None
                 }
                 What::Call(name, args) if name == "pulse" => {
                     if let Some(Some(Expr::Ref(path))) = args.first() {
-                        found.sets.push(path);
+                        found.sets.push((path, None));
                     }
                     None
                 }
@@ -123,9 +124,13 @@ impl<'a> Run<'a> {
                 }
                 _ => None,
             };
+            if let What::Declare(_, paths, _) = what {
+                own.extend(paths.iter().map(|path| path.name.as_str()));
+            }
             found.motion = found.motion.or(motion).or(unread);
             open.extend(bodies.into_iter().flatten().map(|statement| &statement.what));
         }
+        found.sets.retain(|(path, _)| !own.contains(path.name.as_str()));
         found
     }
 
@@ -145,8 +150,12 @@ impl<'a> Run<'a> {
                     _ => continue,
                 };
                 let sets = self.unread(action).sets.into_iter();
-                let keys = sets.map(|path| self.file.signals.key(fixed_key(path)));
-                found.extend(keys.filter(|key| key.starts_with('$')));
+                let signals = &self.file.signals;
+                for (path, _) in sets {
+                    let key = signals.key(fixed_key(path));
+                    found.extend(signals.shared_with(&key));
+                    found.extend(key.starts_with('$').then_some(key));
+                }
             }
         }
         found

@@ -23,7 +23,7 @@ mod words;
 
 use super::cell::Comments;
 use super::log::Log;
-use super::unread::lines_with;
+use super::unread::warn_of_lines_naming;
 use super::{Dialect, Settings};
 use crate::notes::Code;
 use run::Run;
@@ -55,7 +55,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
             run.given_on = hints::given_on(&file, settings);
             run.run(routine);
             let others = file.signals.further_names(settings);
-            lines_with(&others, text, Dialect::Krl, log);
+            warn_of_lines_naming(&others, text, Dialect::Krl, log);
         }
         Err(what) => log.error(Code::Reference, 1, what),
     }

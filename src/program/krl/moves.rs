@@ -6,13 +6,13 @@ use nalgebra::{Isometry3, Matrix3};
 
 use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
-use super::value::{AXES, EXTERNAL, FRAME, Parts, Value, frame, numbers, part, pose};
-use super::walk::names_in;
+use super::value::{AXES, EXTERNAL, FRAME, Parts, Value, base, frame, numbers, part, pose};
 use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Configuration, Load, Target};
 use crate::notes::Code;
 use crate::program::cell::{base_frame, of_job_tcp, tool_frame};
 use crate::program::log::States;
+use crate::program::spindle_names::is_spindles;
 use crate::program::{Pace, tool_number};
 use crate::units::{rad_from_deg, ratio_from_percent};
 
@@ -23,22 +23,22 @@ impl<'a> Run<'a> {
     pub(super) fn assign(&mut self, line: usize, path: &'a Path, expr: &'a Expr) {
         let value = self.eval(expr);
         let key = self.key(path).unwrap_or_default();
-        self.set_in_part(line, &key);
+        self.forget_sharing(&key);
         if self.sets_signal(line, &key, &value) || self.set_numbered(line, path, expr) {
             return;
         }
         self.doubt_assignment(line, path, expr);
         if matches!(value, Value::Num(..) | Value::Unknown(_)) {
-            self.doubt_undeclared(line, path, &names_in(vec![expr]));
+            self.doubt_undeclared(line, path, Some(expr));
         }
-        if key.starts_with("$anout[") {
+        if key.starts_with("$anout[") && !is_spindles(&path.name) {
             let value = value.clone().num().ok();
             self.analog.set(self.settings, self.log, line, &key, value);
         }
         match self.set_motion(line, path, &value) {
             Ok(true) => {}
             // Last by the program or by what the run decides.
-            Ok(false) if self.timed.contains(&key) || self.timed.contains(&path.name) => {
+            Ok(false) if self.timed.contains(&key) || self.timed.contains(base(&key)) => {
                 let what =
                     format!("'{}' is set by a trigger, an interrupt or a pulse, too", path.name);
                 self.forget(path, &what);

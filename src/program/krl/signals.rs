@@ -1,7 +1,7 @@
 //! Names that the files give to outputs, `SIGNAL SPIN $ANOUT[1]`, `SIGNAL SPEED $OUT[1] TO
 //! $OUT[16]`: an output and all its names are one to the job.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::lexer::Kind;
 use crate::program::cell::all;
@@ -36,26 +36,28 @@ impl Outputs {
         is_row.then(|| (name.clone(), Self { list: list.to_owned(), first, last }))
     }
 
-    /// `$anout[1]`.
+    /// `$anout[1]`, `$out[1..16]`.
     fn of_key(key: &str) -> Option<Self> {
         let (list, index) = key.strip_suffix(']')?.split_once('[')?;
-        let number = index.parse().ok().filter(|_| list.starts_with('$'))?;
-        Some(Self { list: list.to_owned(), first: number, last: number })
+        let (first, last) = index.split_once("..").unwrap_or((index, index));
+        let [first, last] = [first, last].map(str::parse);
+        let (first, last) = (first.ok()?, last.ok()?);
+        list.starts_with('$').then(|| Self { list: list.to_owned(), first, last })
     }
 
     fn key(&self) -> String {
         let Self { list, first, last } = self;
-        if first == last { format!("{list}[{first}]") } else { format!("{list}[{first}..{last}]") }
+        if self.is_row() { format!("{list}[{first}..{last}]") } else { format!("{list}[{first}]") }
     }
 
-    /// Each by itself.
+    fn is_row(&self) -> bool {
+        self.first < self.last
+    }
+
+    /// The keys of each by itself.
     fn elements(&self) -> impl Iterator<Item = String> {
         let list = self.list.clone();
         (self.first..=self.last).map(move |number| format!("{list}[{number}]"))
-    }
-
-    fn share(&self, other: &Self) -> bool {
-        self.list == other.list && self.first <= other.last && other.first <= self.last
     }
 }
 
@@ -77,25 +79,39 @@ fn element(tokens: &[Kind]) -> Option<(&str, u32, &[Kind])> {
 /// What the files say that names stand for, all in lower case.
 #[derive(Debug, Default)]
 pub(super) struct Signals {
-    by_name: HashMap<String, Vec<Outputs>>,
+    /// `None` of a name that stands for several.
+    by_name: HashMap<String, Option<Outputs>>,
     /// By the key of outputs.
     names: HashMap<String, Vec<String>>,
+    /// By the key of an output: the rows that it belongs to.
+    rows: HashMap<String, Vec<String>>,
+    seen: HashSet<[String; 2]>,
 }
 
 impl Signals {
     pub(super) fn add(&mut self, name: String, outputs: Outputs) {
-        let known = self.by_name.entry(name.clone()).or_default();
-        if !known.contains(&outputs) {
-            self.names.entry(outputs.key()).or_default().push(name);
-            known.push(outputs);
+        let key = outputs.key();
+        if !self.seen.insert([name.clone(), key.clone()]) {
+            return;
+        }
+        let names = self.names.entry(key.clone()).or_default();
+        if names.is_empty() && outputs.is_row() {
+            for element in outputs.elements() {
+                self.rows.entry(element).or_default().push(key.clone());
+            }
+        }
+        names.push(name.clone());
+        let known = self.by_name.entry(name).or_insert_with(|| Some(outputs.clone()));
+        if known.as_ref() != Some(&outputs) {
+            *known = None;
         }
     }
 
     /// The key of the outputs that a name stands for; the name itself where it is none, or of
     /// several.
     pub(super) fn key(&self, name: String) -> String {
-        match self.by_name.get(&name).map(Vec::as_slice) {
-            Some([outputs]) => outputs.key(),
+        match self.by_name.get(&name) {
+            Some(Some(outputs)) => outputs.key(),
             _ => name,
         }
     }
@@ -111,16 +127,19 @@ impl Signals {
     }
 
     /// Keys of other outputs and rows of them that share one with these.
-    pub(super) fn shared_with(&self, key: &str) -> Vec<String> {
-        let named =
-            || self.names_of(key).iter().filter_map(|name| self.by_name.get(name)).flatten();
-        let row = || named().find(|known| known.key() == key).cloned();
-        let Some(own) = Outputs::of_key(key).or_else(row) else { return Vec::new() };
-        let rows = self.by_name.values().flatten();
-        let rows = rows.filter(|other| **other != own && other.share(&own)).map(Outputs::key);
-        let is_row = own.first < own.last;
-        let single = own.elements().filter(|_| is_row);
-        rows.chain(single).collect()
+    pub(super) fn shared_with(&self, key: &str) -> BTreeSet<String> {
+        let mut found = BTreeSet::new();
+        if self.rows.is_empty() {
+            return found;
+        }
+        let Some(own) = Outputs::of_key(key) else { return found };
+        let is_row = own.is_row() && own.last - own.first < LONGEST;
+        for element in own.elements().take(LONGEST as usize) {
+            found.extend(self.rows.get(&element).into_iter().flatten().cloned());
+            found.extend(is_row.then_some(element));
+        }
+        found.remove(key);
+        found
     }
 
     /// Other names of what the job reads the spindle or the tool from.

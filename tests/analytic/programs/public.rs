@@ -426,6 +426,19 @@ fn movarc_and_the_unit_before_the_feed() {
         assert!(found[0].what.contains(said), "{words}: {found:?}");
         assert!(matches!(at(&found[0]), 6 | 7), "{found:?}");
     }
+    // A small arc, against the axis, is not the rest of the circle.
+    let (sin, cos) = 0.5_f64.to_radians().sin_cos();
+    let small =
+        of(&arc(",ANGLE,0.5", &format!("GOTO/{},{},0", 10.0 * cos, -10.0 * sin)), Dialect::Apt);
+    assert_eq!(small.moves.len(), 4);
+    let (sin, cos) = 0.25_f64.to_radians().sin_cos();
+    assert_via(&small, 3, [10.0 * cos, -10.0 * sin, 0.0]);
+    // Where an angle says that axes do not tell the way, a half turn stays a doubt.
+    let both = "GOTO/0,-10,0\nMOVARC/0,0,0,0,0,1,10,ANGLE,180\nGOTO/0,10,0";
+    assert_eq!(doubts(&of(&arc(",ANGLE,90", both), Dialect::Apt)), [(Code::UnitAssumed, 8)]);
+    let axes =
+        both.replace("GOTO/0,-10,0", "GOTO/0,10,0").replace("\nGOTO/0,10,0", "\nGOTO/0,-10,0");
+    assert_eq!(doubts(&of(&arc(",ANGLE,90", &axes), Dialect::Apt)), []);
     for words in ["20,MMPM,150,2", "20,MMPM,150,RAPTO,2", "20,MMPM,150,RAPTO,2,DWELL,0"] {
         let program = of(&format!("{START}CYCLE/DRILL,{words}\nGOTO/0,0,0\n"), Dialect::Apt);
         let drilled: Vec<_> = program.moves[3..]
@@ -435,8 +448,17 @@ fn movarc_and_the_unit_before_the_feed() {
             .collect();
         let [(z, feed)] = drilled[..] else { panic!("{words}: {drilled:?}") };
         assert!((z + 20.0).abs() < 1e-9 && (feed - 150.0).abs() < 1e-9, "{words}: {z} {feed}");
-        assert_eq!(doubts(&program), [], "{words}");
+        // A clearance without its word is one over what?
+        let told = if words.ends_with("150,2") { vec![(Code::UnitAssumed, 6)] } else { vec![] };
+        assert_eq!(doubts(&program), told, "{words}");
     }
+    let pecks = |words: &str| {
+        of(&format!("{START}CYCLE/DEEP,20,{words}\nGOTO/0,0,0\n"), Dialect::Apt).moves.len()
+    };
+    assert_eq!(pecks("MMPM,150,STEP,5,RAPTO,2"), pecks("INCR,5,MMPM,150,RAPTO,2"));
+    assert!(pecks("MMPM,150,STEP,5,RAPTO,2") > pecks("MMPM,150,STEP,20,RAPTO,2"));
+    let unit = faults(&format!("{START}CYCLE/DRILL,20,RAPTO,2,3\nGOTO/0,0,0"), Dialect::Apt);
+    assert!(unit[0].what.contains("numbers without keywords"), "{unit:?}");
     let both = format!("{START}CYCLE/DRILL,12,MMPM,200,15,RAPTO,10\nGOTO/0,0,0");
     let found = faults(&both, Dialect::Apt);
     assert!(found[0].what.contains("which is the clearance is not known"), "{found:?}");

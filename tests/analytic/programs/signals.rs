@@ -1,7 +1,9 @@
 //! Outputs of KRL by the names that SIGNAL gives them: an output and its names are one to the job that reads it.
 
 use detune::notes::Code;
-use detune::program::{Companion, Dialect, Program, SetBy, Setter, Settings, Spindle, read};
+use detune::program::{
+    Assumed, Companion, Dialect, Program, SetBy, Setter, Settings, Spindle, read,
+};
 
 use super::support::{at, settings};
 
@@ -75,6 +77,16 @@ fn a_row_of_outputs_and_its_parts() {
     let two = format!("{ROW}\nSIGNAL SAME $OUT[1] TO $OUT[16]");
     let found = program(&two, "SPEED=900\nSAME=300", "SPEED", "");
     assert_eq!(speeds(&found), [(6, Some(900.0)), (7, Some(300.0))]);
+    // Likewise where only the run decides whether or when.
+    for body in ["TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[2]=TRUE", "PULSE($OUT[2],TRUE,0.5)"] {
+        assert_eq!(
+            doubts(&program(ROW, &format!("SPEED=900\n{body}"), "SPEED", "")),
+            [6],
+            "{body}"
+        );
+    }
+    let body = "SPEED=900\nIF $IN[7] THEN\n$OUT[2]=TRUE\nENDIF";
+    assert_eq!(doubts(&program(ROW, body, "SPEED", "")).len(), 1);
     // What a bit was is not known behind the number.
     let body = "$OUT[2]=TRUE\nSPEED=900\nIF $OUT[2] THEN\nLIN_REL {X 5}\nENDIF";
     let text = format!("DEF p()\n{ROW}\nPTP {{X 0,Y 0,Z 100,A 0,B 0,C 180}}\n{body}\nEND\n");
@@ -96,6 +108,10 @@ fn a_name_that_no_file_declares_may_be_the_output() {
         assert!(doubts(&found).is_empty(), "{body}: {:?}", found.warnings);
     }
     for (declared, body) in [
+        ("SIGNAL SPIN $ANOUT[1]", "N=5"),
+        (";", "TRIGGER WHEN DISTANCE=0 DELAY=0 DO GRIP=TRUE"),
+        (";", "PART_OK=$IN[3] AND $IN[4]"),
+        (";", "FLAGX=$IN[3]"),
         ("DECL INT N", "N=5"),
         (";", "XP1={X 1,Y 2,Z 3,A 0,B 0,C 180}"),
         (";", "FDAT_ACT=FP1"),
@@ -105,8 +121,36 @@ fn a_name_that_no_file_declares_may_be_the_output() {
         assert!(doubts(&found).is_empty(), "{body}: {:?}", found.warnings);
     }
     let given_on = program(";", "SPIN=900\n$ANOUT[1]=SPIN/24000", "SPIN", "");
-    assert!(doubts(&given_on).is_empty(), "{:?}", given_on.warnings);
+    assert!(given_on.warnings.iter().all(|it| !it.what.contains("may be")), "{given_on:?}");
     let body = "SPIN=900\n$ANOUT[1]=5";
     assert_eq!(doubts(&program(";", body, "SPIN", "")), [6]);
     assert!(doubts(&program("SIGNAL SPIN $ANOUT[2]", body, "SPIN", "")).is_empty());
+}
+
+/// A row that belongs to no output of the path: what the files call an output decides which moves are read.
+#[test]
+fn a_named_output_decides_by_what_the_job_assumes_until_it_is_set() {
+    let moves = |body: &str| {
+        let text = format!(
+            "DEF p()\nSIGNAL PART_OK $IN[5]\nSIGNAL GRIP $OUT[1] TO $OUT[2]\nDECL INT I\n\
+             PTP {{X 0,Y 0,Z 100,A 0,B 0,C 180}}\n{body}\nEND\n"
+        );
+        let mut job = settings();
+        job.assume.insert("part_ok".to_owned(), Assumed::Truth(true));
+        job.assume.insert("grip".to_owned(), Assumed::Number(1.0));
+        read(text.as_bytes(), Dialect::Krl, &job).map(|program| program.moves.len())
+    };
+    assert_eq!(moves("IF PART_OK THEN\nLIN_REL {X 5}\nENDIF"), Ok(2));
+    assert_eq!(moves("IF $IN[5] THEN\nLIN_REL {X 5}\nENDIF"), Ok(2));
+    const BRANCH: &str = "IF GRIP==1 THEN\nLIN_REL {X 5}\nENDIF";
+    assert_eq!(moves(BRANCH), Ok(2));
+    for set in [
+        "GRIP=1\nPULSE($OUT[2],TRUE,0.5)",
+        "$OUT[2]=TRUE",
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[1]=TRUE",
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[I]=TRUE\nGRIP=1",
+    ] {
+        let found = moves(&format!("{set}\n{BRANCH}")).expect_err(set);
+        assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [6 + set.lines().count()], "{set}");
+    }
 }
