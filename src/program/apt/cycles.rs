@@ -192,8 +192,8 @@ impl Reader<'_> {
         let words = match behind {
             [Word::Number(clear, _)] => {
                 let what = format!(
-                    "CYCLE: {clear} is taken as the clearance over the point of GOTO, the top of the \
-                     hole: some posts count it from the bottom or from zero; write CLEAR"
+                    "CYCLE: {clear} is taken as the clearance over the point of GOTO, the top of \
+                     the hole: some posts count it from the bottom or from zero; write CLEAR"
                 );
                 self.cutter.log.warning(Code::UnitAssumed, line, what);
                 cycle.clear = self.mm(*clear);
