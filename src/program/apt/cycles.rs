@@ -131,11 +131,14 @@ impl Reader<'_> {
         {
             const UNITS: [&str; 6] = ["MMPM", "IPM", "MMPR", "IPR", "PERMIN", "PERREV"];
             cycle.depth = self.mm(depth.abs());
-            let is_unit = unit.is_some_and(|unit| UNITS.contains(&unit.as_str()));
-            return match behind {
-                _ if !is_unit => self.keywords(line, names, cycle, is_deep),
-                _ => self.unit_before_feed(line, names, behind, (cycle, is_deep)),
-            };
+            let what = "CYCLE: the point of GOTO is taken as the top of the hole, and a clearance \
+                        counts from there: some posts that write the depth without a word give \
+                        the bottom; write DEPTH and CLEAR";
+            self.cutter.log.warning(Code::UnitAssumed, line, what);
+            if unit.is_some_and(|unit| UNITS.contains(&unit.as_str())) {
+                return self.unit_before_feed(line, names, behind, (cycle, is_deep));
+            }
+            return self.keywords(line, names, cycle, is_deep);
         }
         // `depth, feed, unit, clearance`, or the unit behind all.
         let numbers = match behind {
@@ -191,11 +194,6 @@ impl Reader<'_> {
     ) -> Result<bool, String> {
         let words = match behind {
             [Word::Number(clear, _)] => {
-                let what = format!(
-                    "CYCLE: {clear} is taken as the clearance over the point of GOTO, the top of \
-                     the hole: some posts count it from the bottom or from zero; write CLEAR"
-                );
-                self.cutter.log.warning(Code::UnitAssumed, line, what);
                 cycle.clear = self.mm(*clear);
                 words.get(..2).unwrap_or(words)
             }

@@ -207,10 +207,35 @@ impl<'a> Run<'a> {
             Ok(key) => {
                 self.forgotten.insert(key.clone());
                 self.forget_sharing(&key);
+                // Lines of the main file that name it are told of by themselves.
+                if self.place.0 != 0 && self.is_read_by_job(&key) {
+                    self.log.warning(
+                        Code::SpindleCommand,
+                        self.line,
+                        format!("{what}: the job reads it"),
+                    );
+                }
                 self.store(&key).insert(key, Value::unknown(what));
             }
-            Err(_) => self.forget_all(&path.name, what),
+            Err(_) => self.forget_element(path, what),
         }
+    }
+
+    /// An element is set, and which one is not known: it may be the one that the job reads.
+    pub(super) fn forget_element(&mut self, path: &Path, what: &str) {
+        let keys = named_by(self.settings).map(|own| self.file.signals.key(own));
+        if keys.into_iter().any(|key| base(&key) == path.name) {
+            let told =
+                format!("{what}: which one is known only at run time, and the job reads one");
+            self.log.warning(Code::SpindleCommand, self.line, told);
+        }
+        self.forget_all(&path.name, what);
+    }
+
+    /// Whether the job reads the spindle or the tool from a datum, by any of its names.
+    fn is_read_by_job(&self, key: &str) -> bool {
+        let names = self.names(key);
+        named_by(self.settings).any(|own| names.contains(&own))
     }
 
     /// An output is set that belongs to others, too: those are no longer known, and the job may
@@ -220,7 +245,7 @@ impl<'a> Run<'a> {
             let [set, shared] = [key, &other].map(|key| self.names(key).pop().unwrap_or_default());
             let [set, shared] = [set, shared].map(|name| name.to_uppercase());
             let what = format!("'{shared}' shares outputs with '{set}', which is set");
-            if named_by(self.settings).any(|own| self.names(&other).contains(&own)) {
+            if self.is_read_by_job(&other) {
                 let told = format!("{what} here: what the job reads from it is not known");
                 self.log.warning(Code::SpindleCommand, self.line, told);
             }

@@ -191,6 +191,9 @@ impl<'a> Run<'a> {
         let is_analog = path.name == "$anout";
         let may_be = named_by(self.settings).find(|own| match own.starts_with('$') {
             // A file that names the output has it from where all names are.
+            true if signals.names_of(own).contains(&path.name) => {
+                signals.key(path.name.clone()) == path.name
+            }
             true => is_unknown && signals.names_of(own).is_empty(),
             false => {
                 let is_datum = self.is_own(own) || self.types.contains_key(own);

@@ -10,11 +10,14 @@ use super::words::{is_harmless, is_own_function, sets_motion};
 use crate::notes::Code;
 
 /// What an interrupt or a trigger does that is not read.
+#[derive(Default)]
 struct Unread<'a> {
     /// With motion, or with what motion depends on.
     motion: Option<String>,
-    /// What it sets, and to what; not what its own routines declare.
+    /// What it sets, and to what.
     sets: Vec<(&'a Path, Option<&'a Expr>)>,
+    /// What its own routines declare.
+    own: HashSet<&'a str>,
 }
 
 impl<'a> Run<'a> {
@@ -52,7 +55,7 @@ impl<'a> Run<'a> {
             Some(what) => self.unread(what),
             None => {
                 let motion = Some("does what is not understood".to_owned());
-                Unread { motion, sets: Vec::new() }
+                Unread { motion, ..Unread::default() }
             }
         };
         if let Some(motion) = unread.motion {
@@ -61,7 +64,9 @@ impl<'a> Run<'a> {
         }
         for (path, expr) in unread.sets {
             self.doubt_set(line, path);
-            self.doubt_undeclared(line, path, expr);
+            if !unread.own.contains(path.name.as_str()) {
+                self.doubt_undeclared(line, path, expr);
+            }
             let what = format!("'{}' is set by {by}: known only at run time", path.name);
             self.forget(path, &what);
         }
@@ -69,8 +74,8 @@ impl<'a> Run<'a> {
 
     /// What a statement and all that it calls would do.
     fn unread(&self, what: &'a What) -> Unread<'a> {
-        let mut found = Unread { motion: None, sets: Vec::new() };
-        let (mut seen, mut own) = (HashSet::new(), HashSet::new());
+        let mut found = Unread::default();
+        let mut seen = HashSet::new();
         let mut open = vec![what];
         while let Some(what) = open.pop() {
             let mut bodies = blocks_in(what);
@@ -125,12 +130,11 @@ impl<'a> Run<'a> {
                 _ => None,
             };
             if let What::Declare(_, paths, _) = what {
-                own.extend(paths.iter().map(|path| path.name.as_str()));
+                found.own.extend(paths.iter().map(|path| path.name.as_str()));
             }
             found.motion = found.motion.or(motion).or(unread);
             open.extend(bodies.into_iter().flatten().map(|statement| &statement.what));
         }
-        found.sets.retain(|(path, _)| !own.contains(path.name.as_str()));
         found
     }
 

@@ -46,7 +46,7 @@ impl<'a> Run<'a> {
             Ok(false) => {
                 if let Err(why) = self.write(path, value) {
                     let what = format!("an element of '{}' was set: {why}", path.name);
-                    self.forget_all(&path.name, &what);
+                    self.forget_element(path, &what);
                     self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
                 }
             }

@@ -82,7 +82,7 @@ pub(super) struct Run<'a> {
     is_way_open: bool,
     /// The line of the main file that runs, and the place in another file, if it is there.
     pub(super) line: usize,
-    place: (usize, usize),
+    pub(super) place: (usize, usize),
     /// By number: what interrupts do.
     pub(super) interrupts: BTreeMap<String, Option<&'a What>>,
     budget: usize,

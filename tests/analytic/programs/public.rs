@@ -448,9 +448,8 @@ fn movarc_and_the_unit_before_the_feed() {
             .collect();
         let [(z, feed)] = drilled[..] else { panic!("{words}: {drilled:?}") };
         assert!((z + 20.0).abs() < 1e-9 && (feed - 150.0).abs() < 1e-9, "{words}: {z} {feed}");
-        // A clearance without its word is one over what?
-        let told = if words.ends_with("150,2") { vec![(Code::UnitAssumed, 6)] } else { vec![] };
-        assert_eq!(doubts(&program), told, "{words}");
+        // Whether GOTO is the hole's top differs among these posts.
+        assert_eq!(doubts(&program), [(Code::UnitAssumed, 6)], "{words}");
     }
     let pecks = |words: &str| {
         of(&format!("{START}CYCLE/DEEP,20,{words}\nGOTO/0,0,0\n"), Dialect::Apt).moves.len()

@@ -154,3 +154,30 @@ fn a_named_output_decides_by_what_the_job_assumes_until_it_is_set() {
         assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [6 + set.lines().count()], "{set}");
     }
 }
+
+/// What another file, an index that only the run knows, or a name of two outputs sets.
+#[test]
+fn what_the_job_reads_is_not_set_in_silence() {
+    const NAMED: &str = "SIGNAL SPIN $ANOUT[1]";
+    for body in ["IF $IN[1] THEN\nSPIN=3\nENDIF", "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $ANOUT[1]=3"]
+    {
+        let other = format!("DEF SLOW()\n{body}\nEND\n");
+        let found = program(NAMED, "SPIN=900\nSLOW()", "SPIN", &other);
+        assert_eq!(doubts(&found), [6], "{body}");
+    }
+    const ROW: &str = "SIGNAL SPEED $OUT[1] TO $OUT[16]\nDECL INT I";
+    for body in ["I=$POS\n$OUT[I]=TRUE", "I=$POS\nPULSE($OUT[I],TRUE,0.5)"] {
+        let found = program(ROW, &format!("SPEED=900\n{body}"), "SPEED", "");
+        assert_eq!(doubts(&found), [8], "{body}");
+    }
+    let two = "DEF SLOW()\nSIGNAL SPIN $ANOUT[2]\nSPIN=3\nEND\n";
+    let found = program(NAMED, "$ANOUT[1]=900\nSLOW()", "$ANOUT[1]", two);
+    assert_eq!(doubts(&found), [6]);
+    // A local datum of one routine is not that of another.
+    let text = "DEF p()\nDECL INT I\nPTP {X 0,Y 0,Z 100,A 0,B 0,C 180}\nFLAG=1\n\
+                TRIGGER WHEN DISTANCE=0 DELAY=0 DO BOTH()\nIF FLAG==1 THEN\nLIN_REL {X 5}\nENDIF\n\
+                END\nDEF BOTH()\nA()\nB()\nEND\nDEF A()\nDECL INT FLAG\nFLAG=2\nEND\n\
+                DEF B()\nFLAG=3\nEND\n";
+    let refused = read(text.as_bytes(), Dialect::Krl, &settings()).unwrap_err();
+    assert_eq!(refused.iter().map(at).collect::<Vec<_>>(), [6]);
+}
