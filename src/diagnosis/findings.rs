@@ -31,7 +31,7 @@ pub(super) fn findings(
     let rms_with = rms(best.fit.evaluation.residuals.iter());
     let n = problem.data.points.len() as f64;
     let bic = |fit: &Fit<'_>| -2.0 * fit.evaluation.score + fit.freedom * n.ln();
-    let mut certainties = averaged(problem.data, widest, &choice.seen).into_iter();
+    let mut certainties = averaged(problem, widest, &choice.seen, best.log_evidence).into_iter();
     let mut findings = Vec::new();
     for (i, (candidate, inner)) in widest.hypothesis.effects.iter().enumerate() {
         let parameters = candidate
@@ -96,8 +96,6 @@ pub(super) fn widened<'c>(
     candidates: &'c [Candidate],
     fit: &Fit<'c>,
 ) -> Fit<'c> {
-    /// Digits that are reported must not depend on where a fit began.
-    const NO_GAIN: f64 = 1e-9;
     let effects = fit
         .hypothesis
         .effects
@@ -114,7 +112,7 @@ pub(super) fn widened<'c>(
             }
         })
         .collect();
-    problem.optimise_to(Hypothesis { effects }, NO_GAIN).unwrap_or_else(|| fit.clone())
+    problem.converged(Hypothesis { effects }).unwrap_or_else(|| fit.clone())
 }
 
 /// What a robot's file needs to hold, without parameters that the data do not inform.

@@ -21,6 +21,9 @@ const MAX_STEP: f64 = 1.4;
 /// A fit ends where the next step is expected to gain less of ln likelihood.
 const MIN_GAIN: f64 = 2e-3;
 
+/// The same of fits whose digits are reported.
+const NO_GAIN: f64 = 1e-9;
+
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
 pub(super) struct Fit<'c> {
@@ -129,12 +132,13 @@ impl Problem<'_> {
 
     /// Levenberg–Marquardt from a start.
     pub(super) fn optimise<'c>(&self, start: Hypothesis<'c>) -> Option<Fit<'c>> {
-        self.optimise_to(start, MIN_GAIN)
+        self.levenberg_marquardt(start, 25, MIN_GAIN)
     }
 
-    /// The same until the predicted gain of a step is below `min_gain` of ln likelihood.
-    pub(super) fn optimise_to<'c>(&self, start: Hypothesis<'c>, min_gain: f64) -> Option<Fit<'c>> {
-        self.levenberg_marquardt(start, 25, min_gain)
+    /// The same until nothing is left to gain: digits that are reported must not depend on where a
+    /// fit began.
+    pub(super) fn converged<'c>(&self, start: Hypothesis<'c>) -> Option<Fit<'c>> {
+        self.levenberg_marquardt(start, 25, NO_GAIN)
     }
 
     fn levenberg_marquardt<'c>(

@@ -5,6 +5,7 @@
 use std::ptr;
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 
@@ -12,7 +13,8 @@ use super::candidate::{Candidate, Parameter};
 use super::data::Data;
 use super::fit::Fit;
 use super::likelihood::NOISE_FREEDOM;
-use super::models::{Model, log_evidence};
+use super::models::{ALTERNATIVE_WITHIN, Model, log_evidence};
+use super::problem::Problem;
 
 /// Covariance of the parameters, as the fit measures them; `None` if the data do not hold them all.
 pub(super) fn covariance(data: &Data, fit: &Fit<'_>) -> Option<DMatrix<f64>> {
@@ -103,11 +105,26 @@ pub(super) fn certainties(data: &Data, fit: &Fit<'_>) -> Vec<Certainty> {
 }
 
 /// The same where other models are about as plausible: intervals reach as far as the parameter does
-/// in all `models` that have its cause, each with the weight of its evidence (Hoeting, Madigan,
+/// in all models seen that have its cause, each with the weight of its evidence (Hoeting, Madigan,
 /// Raftery & Volinsky, Statistical Science 14, 1999), and never less far than in `fit`.
-pub(super) fn averaged(data: &Data, fit: &Fit<'_>, models: &[Model<'_>]) -> Vec<Certainty> {
-    let log_evidence = log_evidence(data, fit);
-    let others = distinct_from(fit, models);
+///
+/// `fit` is a fit to the last digit ([`Problem::converged`]); the others are made so here.
+pub(super) fn averaged(
+    problem: &Problem<'_>,
+    fit: &Fit<'_>,
+    seen: &[Model<'_>],
+    best_evidence: f64,
+) -> Vec<Certainty> {
+    let data = problem.data;
+    let own_evidence = log_evidence(data, fit);
+    let others: Vec<Model<'_>> = distinct_from(fit, seen)
+        .into_par_iter()
+        .filter_map(|model| {
+            let fit = problem.converged(model.fit.hypothesis.clone())?;
+            let log_evidence = log_evidence(data, &fit);
+            Some(Model { fit, log_evidence })
+        })
+        .collect();
     let deviations: Vec<Option<Vec<f64>>> =
         others.iter().map(|model| deviations(data, &model.fit)).collect();
     let mut certainties = certainties(data, fit);
@@ -123,7 +140,10 @@ pub(super) fn averaged(data: &Data, fit: &Fit<'_>, models: &[Model<'_>]) -> Vec<
             let Some(deviations) = deviations else { continue };
             // However much better a model is, two counts of evidence are never compared to the last
             // digit.
-            let weight = (model.log_evidence - log_evidence).clamp(-MAX_LN_ODDS, MAX_LN_ODDS).exp();
+            let weight = (model.log_evidence - own_evidence).clamp(-MAX_LN_ODDS, MAX_LN_ODDS).exp();
+            // Nothing at the end of reach: which models there were met is chance.
+            let within = model.log_evidence - (best_evidence - ALTERNATIVE_WITHIN);
+            let weight = weight * -(-within.max(0.0)).exp_m1();
             shares.extend(share_in(&model.fit, deviations, candidate, parameter, weight));
         }
         certainty.interval =
