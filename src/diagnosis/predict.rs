@@ -19,7 +19,8 @@ pub(super) struct Frequency {
     pub(super) slope: Vec<f64>,
     /// How each link turns in the mode that the row has a rotation of, mode after mode of the row.
     pub(super) rotations: Vec<f64>,
-    /// Their derivatives by each parameter, but for what scales the whole mode.
+    /// Their derivatives by each parameter, but for what scales the whole mode; empty where the row
+    /// has no rotation.
     pub(super) rotation_slopes: Vec<Vec<f64>>,
 }
 
@@ -88,9 +89,7 @@ pub(super) fn predict(
             };
             // dφ = Σ φ_s φ_sᵀ (dK − ω² dM) φ / (ω² − ω_s²) over the other modes s.
             let turned = |change: &Option<Change>| -> Vec<f64> {
-                let Some(change) = change.as_ref().filter(|_| !turns.is_empty()) else {
-                    return vec![0.0; turns.len()];
-                };
+                let Some(change) = change else { return vec![0.0; turns.len()] };
                 let mut moved = vec![0.0; n];
                 for (s, &other) in pencils.omega_squared(i).iter().enumerate() {
                     let apart = omega_squared - other;
@@ -107,7 +106,11 @@ pub(super) fn predict(
                 ln_hz: hz_from_rad_per_s(omega_squared.sqrt()).ln(),
                 slope: changes.iter().map(slope).collect(),
                 rotations: turns.iter().map(|own| along(own, pencils.shape(i, r))).collect(),
-                rotation_slopes: changes.iter().map(turned).collect(),
+                rotation_slopes: if turns.is_empty() {
+                    Vec::new()
+                } else {
+                    changes.iter().map(turned).collect()
+                },
             }
         });
         rows.push(frequencies.collect());
