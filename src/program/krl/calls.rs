@@ -1,9 +1,10 @@
 //! Calls of KRL: routines and functions of the files, the basic package, and what is in no file.
 
 use super::run::{Flow, Frame, Run, given};
-use super::syntax::{Expr, Routine};
+use super::syntax::{Expr, Path, Routine};
 use super::value::{Value, is_position};
-use super::words::{is_harmless, sounds_like_motion};
+use super::walk::paths_in;
+use super::words::{fills, is_harmless, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::{Given, set_by_call};
 
@@ -26,8 +27,10 @@ impl<'a> Run<'a> {
             }
             return Flow::Next;
         }
-        if name == "pulse" {
-            self.pulse(args);
+        match name {
+            "pulse" => self.pulse(args),
+            "wait for" => self.waited(args, &values),
+            _ => self.fill(name, args),
         }
         if !sets {
             self.doubt_call(line, name, args);
@@ -53,6 +56,44 @@ impl<'a> Run<'a> {
             format!("'{name}' is in no file that is read; if it moves, its motion is not read");
         self.log.warning(Code::MotionLeftOut, line, what);
         self.forget_signals(&format!("'{name}' is in no file that is read and may set it"));
+    }
+
+    /// What CREAD, SREAD and the like fill in.
+    pub(super) fn fill(&mut self, name: &str, args: &'a [Option<Expr>]) {
+        if !fills(name) {
+            return;
+        }
+        for arg in args {
+            if let Some(Expr::Ref(path)) = arg {
+                let (shown, by) = (path.name.to_uppercase(), name.to_uppercase());
+                let what = format!("{by} fills in '{shown}': known only at run time");
+                self.leave_to_the_run(path, &what);
+            }
+        }
+    }
+
+    /// Behind WAIT FOR what it waited for holds: where the program itself says otherwise, another
+    /// has set it.
+    fn waited(&mut self, args: &'a [Option<Expr>], values: &[Value]) {
+        if values.first().is_none_or(|value| value.bool() != Ok(false)) {
+            return;
+        }
+        for path in paths_in(args.iter().flatten().collect()) {
+            let shown = path.name.to_uppercase();
+            let what = format!("'{shown}' is set by another while WAIT FOR waits");
+            self.leave_to_the_run(path, &what);
+        }
+    }
+
+    /// What only the run knows, or the job by what it assumes.
+    fn leave_to_the_run(&mut self, path: &'a Path, what: &str) {
+        let held = self.forgotten.clone();
+        self.forget(path, what);
+        if path.indices.is_empty() {
+            self.forget_all(&path.name, what);
+        }
+        let assume = &self.settings.assume;
+        self.forgotten.retain(|key| held.contains(key) || !assume.contains_key(key));
     }
 
     /// `PULSE($OUT[1],TRUE,2.0)`: at its end the output is what it was, or not.

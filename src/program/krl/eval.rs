@@ -330,6 +330,7 @@ impl<'a> Run<'a> {
                 _ => Value::Enum("base".to_owned()),
             },
             _ => {
+                self.fill(name, args);
                 if !is_own_function(name) {
                     self.not_read(self.line, name);
                 }

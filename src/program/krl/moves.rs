@@ -183,6 +183,7 @@ impl<'a> Run<'a> {
     fn own_tool(&mut self, line: usize, value: &Value) -> Result<Isometry3<f64>, String> {
         let own = frame(value.parts()?)?;
         if own == Isometry3::identity() {
+            self.told_of_flange(line);
             return Ok(self.settings.tcp.unwrap_or_default());
         }
         if self.settings.tcp.is_some() {
@@ -209,8 +210,19 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// To the controller $NULLFRAME and tool 0 are the flange.
+    fn told_of_flange(&mut self, line: usize) {
+        if self.settings.tcp.is_some_and(|tcp| tcp != Isometry3::identity()) {
+            let what = "the program has no tool here ($NULLFRAME): the job's tcp is taken for it";
+            self.log.warning(Code::Assumed, line, what);
+        }
+    }
+
     fn take_tool(&mut self, number: f64) -> Result<(), String> {
         self.tcp = self.tool_frame(number)?;
+        if number == 0.0 && !self.settings.tool_frames.contains_key(&0) {
+            self.told_of_flange(self.line);
+        }
         let of_file = self.globals.get(&format!("tool_data[{number}]"));
         let is_of_file = matches!(of_file, Some(Value::Parts(_)));
         let of_job = tool_number(number).ok().filter(|_| !is_of_file);
@@ -254,31 +266,55 @@ impl<'a> Run<'a> {
         match what.as_str() {
             "initmov" => self.initialise(line),
             "acc_cp" | "acc_ptp" | "acc_gluecp" | "ov_pro" | "acc_ori" => Ok(()),
-            "vel_cp" => self.set_velocity(line, number),
-            "vel_ptp" => self.set_joint_share(number),
+            "vel_cp" => self.set_basic_velocity(line, number),
+            "vel_ptp" => self.set_basic_share(number),
             "tool" => self.choose_tool(line, number.num()?),
             "base" => {
                 self.base = self.base_frame(number.num()?)?;
                 Ok(())
             }
             "ptp_params" => {
-                self.set_joint_share(number)?;
+                self.set_basic_share(number)?;
                 self.frames_of_form(line)
             }
             "cp_params" => {
-                self.set_velocity(line, number)?;
+                self.set_basic_velocity(line, number)?;
                 self.frames_of_form(line)
             }
             "ptp_dat" => match self.of_form("pdat_act") {
-                Some(share) => self.set_joint_share(&share),
+                Some(share) => self.set_basic_share(&share),
                 None => Err("PDAT_ACT.VEL is not known".to_owned()),
             },
             "cp_dat" => match self.of_form("ldat_act") {
-                Some(velocity) => self.set_velocity(line, &velocity),
+                Some(velocity) => self.set_basic_velocity(line, &velocity),
                 None => Err("LDAT_ACT.VEL is not known".to_owned()),
             },
             "frames" => self.frames_of_form(line),
             other => Err(format!("#{} is not understood", other.to_uppercase())),
+        }
+    }
+
+    /// The basic package runs no path faster than DEF_VEL_CP, and slows others by DEF_VEL_FACT
+    /// (bas.src, VEL_CP), where a file declares them.
+    fn set_basic_velocity(&mut self, line: usize, value: &Value) -> Result<(), String> {
+        let asked = value.num()?;
+        let known = |value: Value| value.num().ok().filter(|number| *number > 0.0);
+        let limit = known(self.datum("def_vel_cp"));
+        let factor = known(self.datum("def_vel_fact")).unwrap_or(1.0);
+        match limit.filter(|limit| asked > *limit).unwrap_or(asked * factor) {
+            run if run == asked => self.set_velocity(line, value),
+            run => self.set_velocity(line, &Value::real(run)),
+        }
+    }
+
+    /// Beyond 100 % the basic package takes DEF_VEL_PTP (bas.src, VEL_PTP).
+    fn set_basic_share(&mut self, value: &Value) -> Result<(), String> {
+        if value.num()? <= 100.0 {
+            return self.set_joint_share(value);
+        }
+        match self.datum("def_vel_ptp") {
+            Value::Unknown(_) => self.set_joint_share(&Value::real(100.0)),
+            own => self.set_joint_share(&own),
         }
     }
 
@@ -287,7 +323,11 @@ impl<'a> Run<'a> {
     /// sets.
     fn initialise(&mut self, line: usize) -> Result<(), String> {
         self.joint_share = Some(1.0);
-        self.velocity = self.datum("def_vel_cp").num().ok();
+        self.velocity = None;
+        let velocity = self.datum("def_vel_cp");
+        if velocity.num().is_ok() {
+            self.set_basic_velocity(line, &velocity)?;
+        }
         self.turning = ["def_vel_ori1", "def_vel_ori2"]
             .map(|key| self.datum(key).num().ok().map(rad_from_deg));
         if self.settings.work_object.is_some() {

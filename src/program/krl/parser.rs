@@ -8,7 +8,7 @@ use super::syntax::{
     Block, Cases, Expr, File, Motion, Parameter, Path, Routine, Statement, Way, What,
 };
 use super::value::{Sort, Type};
-use super::words::{is_harmless_keyword, is_predefined_type};
+use super::words::{fills, is_harmless_keyword, is_predefined_type};
 use crate::wording::counted;
 
 /// Blocks and expressions in one another beyond this are no program that a person writes.
@@ -223,7 +223,10 @@ impl Parser {
                 if cursor.take_word("sec") {
                     return Ok(What::WaitSec(cursor.expression()?));
                 }
-                Ok(What::Call("wait for".to_owned(), Vec::new()))
+                // A condition that is not understood says nothing.
+                let condition = cursor.take_word("for").then(|| cursor.expression().ok());
+                let condition = condition.flatten().into_iter().map(Some).collect();
+                Ok(What::Call("wait for".to_owned(), condition))
             }
             "ptp" | "lin" | "circ" | "sptp" | "slin" | "scirc" | "spl" | "ptp_rel" | "lin_rel"
             | "circ_rel" | "sptp_rel" | "slin_rel" | "scirc_rel" | "spl_rel" => {
@@ -244,6 +247,14 @@ impl Parser {
             "signal" => {
                 self.signals.extend(Outputs::named(&tokens));
                 Ok(What::Call(first.clone(), Vec::new()))
+            }
+            // What they name they may fill in.
+            word if fills(word) && is_harmless_keyword(word) => {
+                let names = tokens.iter().skip(1).filter_map(|token| match token {
+                    Kind::Word(word) => Some(Some(Expr::of_name(word))),
+                    _ => None,
+                });
+                Ok(What::Call(first.clone(), names.collect()))
             }
             word if is_harmless_keyword(word) => Ok(What::Call(first.clone(), Vec::new())),
             _ => {

@@ -1,6 +1,6 @@
 //! Ways through the syntax tree: blocks of statements, functions in expressions.
 
-use super::syntax::{Block, Expr, What};
+use super::syntax::{Block, Expr, Path, What};
 
 /// The blocks of a statement.
 pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
@@ -28,9 +28,14 @@ pub(super) fn functions_in(open: Vec<&Expr>) -> Vec<&str> {
 
 /// Data that expressions name.
 pub(super) fn names_in(open: Vec<&Expr>) -> Vec<&str> {
+    paths_in(open).into_iter().map(|path| path.name.as_str()).collect()
+}
+
+/// The same with indices and components.
+pub(super) fn paths_in(open: Vec<&Expr>) -> Vec<&Path> {
     let all = all_of(open).into_iter();
     all.filter_map(|expr| match expr {
-        Expr::Ref(path) => Some(path.name.as_str()),
+        Expr::Ref(path) => Some(path),
         _ => None,
     })
     .collect()

@@ -100,8 +100,15 @@ pub(super) fn is_own_function(name: &str) -> bool {
         round sbase sin sipo_mode sload sqrt sread stool stool2 stradd strclear strcomp strcopy \
         strdecllen strfind strlen strtoaxis strtobool strtoe3axis strtoe3pos strtoe6axis \
         strtoe6pos strtoframe strtoint strtopos strtoreal strtostring svel_cp svel_joint swrite \
-        tan timediff trunc varstate vartype";
+        tan timediff trunc varstate vartype sacc_cp sacc_joint sapo sapo_ptp sgear_jerk sjerk \
+        sori_typ use_cm_pro_values";
     OWN.split(' ').any(|own| own == name) || is_harmless(name)
+}
+
+/// What writes into what it is given.
+pub(super) fn fills(name: &str) -> bool {
+    const FILL: [&str; 6] = ["anin", "cast_from", "cread", "digin", "get_sig_inf", "sread"];
+    FILL.contains(&name) || name.starts_with("strto")
 }
 
 /// System variables that later motion depends on.

@@ -275,6 +275,7 @@ impl<'a> Interpreter<'a> {
             Some(Ok(value)) => value,
             Some(Err(why)) => Value::unknown(format!("{}: {why}", name.shown)),
             None => {
+                self.fill(name, args);
                 if !is_own_function(&name.key) {
                     self.not_in_file(self.line, &name.shown);
                 }

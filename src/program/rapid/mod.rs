@@ -10,6 +10,7 @@
 mod cursor;
 mod ends;
 mod eval;
+mod filled;
 mod functions;
 mod hints;
 mod instructions;

@@ -5,7 +5,6 @@ use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Optional};
 use super::timed::SETS;
 use super::value::Value;
-use crate::program::Assumed;
 
 /// Names that a call is given as they are.
 fn references(args: &Args) -> impl Iterator<Item = &str> {
@@ -89,10 +88,7 @@ impl<'a> Interpreter<'a> {
     /// What the job assumes of a name.
     pub(super) fn assumed(&self, key: &str) -> Option<Value> {
         let own = self.settings.assume.get(key).filter(|_| !self.forgotten.contains(key));
-        own.map(|assumed| match *assumed {
-            Assumed::Truth(value) => Value::Bool(value),
-            Assumed::Number(value) => Value::Num(value),
-        })
+        own.map(|assumed| Value::from(*assumed))
     }
 
     /// What the program has set an output to.

@@ -274,7 +274,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// A datum, of the routine or of the module, is no longer known.
-    fn forget(&mut self, name: &'a Name, value: &Value) {
+    pub(super) fn forget(&mut self, name: &'a Name, value: &Value) {
         if let (GRIP, Value::Unknown(why)) = (name.key.as_str(), value) {
             self.gripped = Err(why.to_string());
         }
@@ -451,7 +451,11 @@ impl<'a> Interpreter<'a> {
             }
             _ if sets => {}
             _ => {
-                self.run_functions(key, args);
+                match key {
+                    "waituntil" => self.waited(args),
+                    _ => self.run_functions(key, args),
+                }
+                self.fill(name, args);
                 self.note_what_is_left_out(line, name, args);
             }
         }

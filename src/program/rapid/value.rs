@@ -5,6 +5,7 @@ use std::rc::Rc;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::syntax::File;
+use crate::program::Assumed;
 use crate::units::{m_from_mm, mm_from_m};
 
 /// Programs round quaternions to three to six digits; a length further from 1 is another mistake.
@@ -40,6 +41,15 @@ pub(super) enum Value {
     Absent,
     /// Known only at run time, declared elsewhere or wrong: why.
     Unknown(Rc<str>),
+}
+
+impl From<Assumed> for Value {
+    fn from(assumed: Assumed) -> Self {
+        match assumed {
+            Assumed::Truth(value) => Self::Bool(value),
+            Assumed::Number(value) => Self::Num(value),
+        }
+    }
 }
 
 impl Value {

@@ -5,6 +5,7 @@
 mod apt;
 mod controllers;
 mod field;
+mod filled;
 mod fuzz;
 mod gcode;
 mod heidenhain;

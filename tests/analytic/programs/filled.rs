@@ -1,0 +1,124 @@
+//! Data that only the run knows: answers of an operator, what a channel gives, what another task sets; and what KUKA's
+//! basic package makes of a speed.
+
+use detune::program::{Assumed, Companion, Dialect, Program, Settings, read};
+
+use super::support::settings;
+
+fn rapid(body: &str, assume: &[(&str, Assumed)]) -> Result<Program, Vec<String>> {
+    let text = format!(
+        "MODULE M\nPERS tooldata t:=[TRUE,[[0,0,150],[1,0,0,0]],[4,[0,0,70],[1,0,0,0],0,0,0]];\n\
+         CONST robtarget p0:=[[0,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+         VAR num n:=1;\nVAR bool late:=FALSE;\nPERS bool go:=FALSE;\nVAR dnum dn:=1;\n\
+         PROC main()\nConfL\\Off;\nMoveL p0,v100,fine,t;\n{body}\nMoveL Offs(p0,100,0,0),v100,fine,t;\n\
+         ENDPROC\nENDMODULE\n"
+    );
+    let assume = assume.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+    let job = Settings { assume, ..settings() };
+    read(text.as_bytes(), Dialect::Rapid, &job)
+        .map_err(|found| found.iter().map(ToString::to_string).collect())
+}
+
+fn krl(data: &str, body: &str) -> Result<Program, Vec<String>> {
+    let text = format!(
+        "DEF p()\nDECL INT N\nDECL BOOL B\nDECL CHAR S[9]\nN=1\nB=FALSE\n$VEL.CP=0.1\n\
+         PTP {{X 0,Y 0,Z 100,A 0,B 0,C 180}}\n{body}\nLIN_REL {{X 100}}\nEND\n"
+    );
+    let text_of_data = format!("DEFDAT $CONFIG PUBLIC\n{data}\nENDDAT\n");
+    let companions = vec![Companion { name: "config.dat".to_owned(), text: text_of_data }];
+    let job = Settings { companions, ..settings() };
+    read(text.as_bytes(), Dialect::Krl, &job)
+        .map_err(|found| found.iter().map(ToString::to_string).collect())
+}
+
+#[test]
+fn a_branch_on_what_the_run_fills_in_is_refused() {
+    const MOVE: &str = "MoveL Offs(p0,0,200,0),v20,fine,t; ENDIF";
+    for (fills, asked, of) in [
+        ("TPReadFK n,\"Cut?\",\"Yes\",\"No\",stEmpty,stEmpty,stEmpty;", "n=2", "TPReadFK"),
+        ("TPReadNum n,\"how many\";", "n>1", "TPReadNum"),
+        ("TPReadDnum dn,\"how many\";", "dn>1", "TPReadDnum"),
+        ("ReadAnyBin ch,n;", "n=2", "ReadAnyBin"),
+        ("WaitAI ai1\\GT,5\\MaxTime:=1\\ValueAtTimeout:=n;", "n>1", "WaitAI"),
+        ("WaitDI di1,1\\MaxTime:=5\\TimeFlag:=late;", "late", "WaitDI"),
+        ("late:=StrToVal(\"2\",n);", "n=2", "StrToVal"),
+        ("WaitUntil go;", "go", "another task"),
+        ("WaitUntil n>1;", "n=2", "another task"),
+    ] {
+        let faults =
+            rapid(&format!("{fills}\nIF {asked} THEN {MOVE}"), &[]).unwrap_err().join("\n");
+        assert!(faults.contains("at run time") && faults.contains(of), "{fills}: {faults}");
+        // Without the instruction the file decides.
+        let found = rapid(&format!("IF {asked} THEN {MOVE}"), &[]).unwrap();
+        assert_eq!(found.moves.len(), 2, "{fills}");
+    }
+    // The job says what the operator answers, at every question.
+    let ask = "TPReadNum n,\"how many\";\nIF n=2 THEN MoveL Offs(p0,0,200,0),v20,fine,t; ENDIF\n";
+    let found = rapid(&ask.repeat(2), &[("n", Assumed::Number(2.0))]).unwrap();
+    assert_eq!(found.moves.len(), 4);
+    // What holds already is waited for by nobody.
+    let found = rapid("go:=TRUE;\nWaitUntil go;\nIF go THEN n:=1; ENDIF", &[]).unwrap();
+    assert_eq!(found.moves.len(), 2);
+}
+
+#[test]
+fn krl_reads_channels_and_waits_for_others() {
+    for (fills, asked) in [
+        ("SREAD(S[],STAT,OFF,\"%d\",N)", "N==2"),
+        ("ANIN ON N=1.0*$ANIN[1]", "N==2"),
+        ("CREAD(H,STAT,MODE,TIME,OFF,\"%d\",N)", "N==2"),
+        ("WAIT FOR N==2", "N==2"),
+        ("WAIT FOR B", "B"),
+    ] {
+        let branch = format!("IF {asked} THEN\nLIN_REL {{Y 200}}\nENDIF");
+        let faults = krl("", &format!("{fills}\n{branch}")).unwrap_err().join("\n");
+        assert!(faults.contains("about motion at run time"), "{fills}: {faults}");
+        assert_eq!(krl("", &branch).unwrap().moves.len(), 2, "{fills}");
+    }
+}
+
+/// bas.src of KSS: a speed above DEF_VEL_CP becomes that, another is multiplied by DEF_VEL_FACT; joints asked for more
+/// than 100 % run at DEF_VEL_PTP.
+#[test]
+fn the_basic_package_limits_speeds() {
+    let speed = |data: &str, body: &str| -> f64 {
+        let found = krl(data, body).unwrap_or_else(|faults| panic!("{faults:?}"));
+        found.moves.last().unwrap().feed_m_per_s
+    };
+    const LIMIT: &str = "DECL GLOBAL REAL DEF_VEL_CP=0.2";
+    for (data, body, expected) in [
+        (LIMIT, "BAS(#VEL_CP,0.4)", 0.2),
+        (LIMIT, "BAS(#CP_PARAMS,0.4)", 0.2),
+        (LIMIT, "BAS(#VEL_CP,0.15)", 0.15),
+        ("", "BAS(#VEL_CP,0.4)", 0.4),
+        (
+            "DECL GLOBAL REAL DEF_VEL_CP=2\nDECL GLOBAL REAL DEF_VEL_FACT=0.5",
+            "BAS(#VEL_CP,0.1)",
+            0.05,
+        ),
+        // The variable itself has no such limit.
+        (LIMIT, "$VEL.CP=0.4", 0.4),
+    ] {
+        let found = speed(data, body);
+        assert!((found / expected - 1.0).abs() < 1e-6, "{data} {body}: {found}");
+    }
+    assert!(krl("", "BAS(#VEL_PTP,150)").is_ok());
+}
+
+/// `assume` is what the message advises: it says what a channel gives, and what is waited for, too.
+#[test]
+fn what_the_job_assumes_settles_what_is_filled_in() {
+    let text = "DEF p()\nDECL INT N\nN=1\n$VEL.CP=0.1\nPTP {X 0,Y 0,Z 100,A 0,B 0,C 180}\n\
+                FILLS\nIF N==2 THEN\nLIN_REL {Y 200}\nENDIF\nLIN_REL {X 100}\nEND\n";
+    for fills in ["SREAD(S[],STAT,OFF,\"%d\",N)", "WAIT FOR N==2"] {
+        let text = text.replace("FILLS", fills);
+        let moves = |value: f64| {
+            let assume = [("n".to_owned(), Assumed::Number(value))].into();
+            let job = Settings { assume, ..settings() };
+            read(text.as_bytes(), Dialect::Krl, &job).unwrap().moves.len()
+        };
+        assert_eq!([moves(2.0), moves(1.0)], [3, 2], "{fills}");
+    }
+    let asked = "WaitUntil n>1;\nIF n=2 THEN MoveL Offs(p0,0,200,0),v20,fine,t; ENDIF";
+    assert_eq!(rapid(asked, &[("n", Assumed::Number(2.0))]).unwrap().moves.len(), 3);
+}
