@@ -1,5 +1,5 @@
-//! Data that the run fills in: what an operator answers, what a channel gives, whether a wait was in
-//! time, what another task sets while this one waits.
+//! Data that the run fills in: what an operator answers, what a channel gives, whether a wait was
+//! in time, what another task sets while this one waits.
 
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Name, Optional};
@@ -55,8 +55,8 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Behind `WaitUntil` what it waited for holds: where the program itself says otherwise, another
-    /// task has set it. Runs the functions in the condition.
+    /// Behind `WaitUntil` what it waited for holds: where the program itself says otherwise,
+    /// another task has set it. Runs the functions in the condition.
     pub(super) fn waited(&mut self, args: &'a Args) {
         let Some(condition) = args.positional.first() else { return };
         if self.eval(condition).bool() != Ok(false) {
