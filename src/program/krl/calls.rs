@@ -74,7 +74,7 @@ impl<'a> Run<'a> {
 
     /// Behind WAIT FOR what it waited for holds: where the program itself says otherwise, another
     /// has set it.
-    fn waited(&mut self, args: &'a [Option<Expr>], values: &[Value]) {
+    pub(super) fn waited(&mut self, args: &'a [Option<Expr>], values: &[Value]) {
         if values.first().is_none_or(|value| value.bool() != Ok(false)) {
             return;
         }
@@ -87,13 +87,15 @@ impl<'a> Run<'a> {
 
     /// What only the run knows, or the job by what it assumes.
     fn leave_to_the_run(&mut self, path: &'a Path, what: &str) {
-        let held = self.forgotten.clone();
+        let key = self.key(path).ok().filter(|key| {
+            let is_assumed = |name: &String| self.settings.assume.contains_key(name);
+            !self.forgotten.contains(key) && self.names(key).iter().any(is_assumed)
+        });
         self.forget(path, what);
         if path.indices.is_empty() {
             self.forget_all(&path.name, what);
         }
-        let assume = &self.settings.assume;
-        self.forgotten.retain(|key| held.contains(key) || !assume.contains_key(key));
+        key.map(|key| self.forgotten.remove(&key));
     }
 
     /// `PULSE($OUT[1],TRUE,2.0)`: at its end the output is what it was, or not.

@@ -82,7 +82,7 @@ impl<'a> Run<'a> {
             let not_read =
                 |name| Some(format!("calls '{name}', which is in no file that is read,"));
             let mut unread = None;
-            for name in functions_in(expressions(what)) {
+            for (name, _) in functions_in(expressions(what)) {
                 match self.file.functions.get(name) {
                     Some(routine) if seen.insert(name) => bodies.push(&routine.body),
                     None if !is_own_function(name) => unread = not_read(name),
@@ -167,7 +167,7 @@ impl<'a> Run<'a> {
 
     /// Whether expressions call functions of the files.
     pub(super) fn calls_a_routine(&self, open: Vec<&'a Expr>) -> bool {
-        functions_in(open).into_iter().any(|name| self.file.functions.contains_key(name))
+        functions_in(open).into_iter().any(|(name, _)| self.file.functions.contains_key(name))
     }
 }
 

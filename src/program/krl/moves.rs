@@ -267,14 +267,14 @@ impl<'a> Run<'a> {
             "initmov" => self.initialise(line),
             "acc_cp" | "acc_ptp" | "acc_gluecp" | "ov_pro" | "acc_ori" => Ok(()),
             "vel_cp" => self.set_basic_velocity(line, number),
-            "vel_ptp" => self.set_basic_share(number),
+            "vel_ptp" => self.set_basic_share(line, number),
             "tool" => self.choose_tool(line, number.num()?),
             "base" => {
                 self.base = self.base_frame(number.num()?)?;
                 Ok(())
             }
             "ptp_params" => {
-                self.set_basic_share(number)?;
+                self.set_basic_share(line, number)?;
                 self.frames_of_form(line)
             }
             "cp_params" => {
@@ -282,7 +282,7 @@ impl<'a> Run<'a> {
                 self.frames_of_form(line)
             }
             "ptp_dat" => match self.of_form("pdat_act") {
-                Some(share) => self.set_basic_share(&share),
+                Some(share) => self.set_basic_share(line, &share),
                 None => Err("PDAT_ACT.VEL is not known".to_owned()),
             },
             "cp_dat" => match self.of_form("ldat_act") {
@@ -298,22 +298,33 @@ impl<'a> Run<'a> {
     /// (bas.src, VEL_CP), where a file declares them.
     fn set_basic_velocity(&mut self, line: usize, value: &Value) -> Result<(), String> {
         let asked = value.num()?;
-        let known = |value: Value| value.num().ok().filter(|number| *number > 0.0);
-        let limit = known(self.datum("def_vel_cp"));
-        let factor = known(self.datum("def_vel_fact")).unwrap_or(1.0);
+        let limit = self.datum("def_vel_cp").num().ok().filter(|limit| *limit > 0.0);
+        let factor = self.velocity_factor();
         match limit.filter(|limit| asked > *limit).unwrap_or(asked * factor) {
             run if run == asked => self.set_velocity(line, value),
             run => self.set_velocity(line, &Value::real(run)),
         }
     }
 
+    fn velocity_factor(&mut self) -> f64 {
+        self.datum("def_vel_fact").num().ok().filter(|factor| *factor > 0.0).unwrap_or(1.0)
+    }
+
     /// Beyond 100 % the basic package takes DEF_VEL_PTP (bas.src, VEL_PTP).
-    fn set_basic_share(&mut self, value: &Value) -> Result<(), String> {
-        if value.num()? <= 100.0 {
+    fn set_basic_share(&mut self, line: usize, value: &Value) -> Result<(), String> {
+        let percent = value.num()?;
+        if percent <= 100.0 {
             return self.set_joint_share(value);
         }
         match self.datum("def_vel_ptp") {
-            Value::Unknown(_) => self.set_joint_share(&Value::real(100.0)),
+            Value::Unknown(_) => {
+                let what = format!(
+                    "the joints' speed is {percent} %: the controller takes DEF_VEL_PTP, which is \
+                     in no file that is read; 100 % is assumed"
+                );
+                self.log.warning(Code::Assumed, line, what);
+                self.set_joint_share(&Value::real(100.0))
+            }
             own => self.set_joint_share(&own),
         }
     }
@@ -323,11 +334,8 @@ impl<'a> Run<'a> {
     /// sets.
     fn initialise(&mut self, line: usize) -> Result<(), String> {
         self.joint_share = Some(1.0);
-        self.velocity = None;
-        let velocity = self.datum("def_vel_cp");
-        if velocity.num().is_ok() {
-            self.set_basic_velocity(line, &velocity)?;
-        }
+        let factor = self.velocity_factor();
+        self.velocity = self.datum("def_vel_cp").num().ok().map(|velocity| velocity * factor);
         self.turning = ["def_vel_ori1", "def_vel_ori2"]
             .map(|key| self.datum(key).num().ok().map(rad_from_deg));
         if self.settings.work_object.is_some() {

@@ -237,7 +237,8 @@ impl Parser {
             }
             // What it sets is not known behind it.
             "pulse" => cursor.other(),
-            "anout" => {
+            // What they name they may set or fill in.
+            word if word == "anout" || fills(word) && is_harmless_keyword(word) => {
                 let names = tokens.iter().skip(1).filter_map(|token| match token {
                     Kind::Word(word) => Some(Some(Expr::of_name(word))),
                     _ => None,
@@ -247,14 +248,6 @@ impl Parser {
             "signal" => {
                 self.signals.extend(Outputs::named(&tokens));
                 Ok(What::Call(first.clone(), Vec::new()))
-            }
-            // What they name they may fill in.
-            word if fills(word) && is_harmless_keyword(word) => {
-                let names = tokens.iter().skip(1).filter_map(|token| match token {
-                    Kind::Word(word) => Some(Some(Expr::of_name(word))),
-                    _ => None,
-                });
-                Ok(What::Call(first.clone(), names.collect()))
             }
             word if is_harmless_keyword(word) => Ok(What::Call(first.clone(), Vec::new())),
             _ => {

@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::value::{Sort, Type, Value, base, unset};
 use super::walk::{expressions, functions_in};
-use super::words::{is_harmless, is_own_function, is_without_effect, sounds_like_motion};
+use super::words::{fills, is_harmless, is_own_function, is_without_effect, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_name};
@@ -395,13 +395,20 @@ impl<'a> Run<'a> {
                 if self.calls_a_routine(expressions(&statement.what)) {
                     return self.decides(line, keyword, why);
                 }
-                for name in functions_in(expressions(&statement.what)) {
+                for (name, args) in functions_in(expressions(&statement.what)) {
+                    self.fill(name, args);
                     if !self.file.functions.contains_key(name) && !is_own_function(name) {
                         self.not_read(own, name);
                     }
                 }
                 match &statement.what {
                     What::Call(name, args) if name == "pulse" => self.pulse(args),
+                    What::Call(name, args) if name == "wait for" => {
+                        let values: Vec<Value> =
+                            args.iter().map(|arg| self.argument(arg.as_ref())).collect();
+                        self.waited(args, &values);
+                    }
+                    What::Call(name, args) if fills(name) => self.fill(name, args),
                     What::Declare(..) | What::Halt | What::WaitSec(_) | What::Label(_) => {}
                     What::InterruptDecl(number, action) => {
                         self.declare_interrupt(number, action.as_deref());

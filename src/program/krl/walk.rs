@@ -16,11 +16,11 @@ pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
     }
 }
 
-/// Functions that expressions call.
-pub(super) fn functions_in(open: Vec<&Expr>) -> Vec<&str> {
+/// Functions that expressions call, with what they are given.
+pub(super) fn functions_in(open: Vec<&Expr>) -> Vec<(&str, &[Option<Expr>])> {
     let all = all_of(open).into_iter();
     all.filter_map(|expr| match expr {
-        Expr::Call(name, _) => Some(name.as_str()),
+        Expr::Call(name, args) => Some((name.as_str(), args.as_slice())),
         _ => None,
     })
     .collect()

@@ -2,7 +2,7 @@
 //! in time, what another task sets while this one waits.
 
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr, Name, Optional};
+use super::syntax::{Args, Expr, Name, Optional, Path};
 use super::value::Value;
 use super::walk::names_in;
 
@@ -31,18 +31,26 @@ const FILL: [&str; 18] = [
 /// Optional arguments that others write.
 const FILLED: [&str; 5] = ["timeflag", "valueattimeout", "breakflag", "result", "buttonres"];
 
+/// The data that an instruction or a function of the controller fills in.
+pub(super) fn filled<'a>(name: &Name, args: &'a Args) -> Vec<&'a Path> {
+    let fills = FILL.contains(&name.key.as_str());
+    let positional = args.positional.iter().filter(|_| fills);
+    let optional = args.optional.iter().filter_map(|(own, value)| match value {
+        Optional::Value(expr) if fills || FILLED.contains(&own.as_str()) => Some(expr),
+        _ => None,
+    });
+    let data = positional.chain(optional).filter_map(|expr| match expr {
+        Expr::Ref(path) => Some(&**path),
+        _ => None,
+    });
+    data.collect()
+}
+
 impl<'a> Interpreter<'a> {
     /// What an instruction or a function fills in is known only at run time, or by what the job
     /// assumes.
     pub(super) fn fill(&mut self, name: &Name, args: &'a Args) {
-        let fills = FILL.contains(&name.key.as_str());
-        let positional = args.positional.iter().filter(|_| fills);
-        let optional = args.optional.iter().filter_map(|(own, value)| match value {
-            Optional::Value(expr) if fills || FILLED.contains(&own.as_str()) => Some(expr),
-            _ => None,
-        });
-        for expr in positional.chain(optional) {
-            let Expr::Ref(path) = expr else { continue };
+        for path in filled(name, args) {
             let own = self.settings.assume.get(&path.name.key).filter(|_| path.steps.is_empty());
             let value = own.map_or_else(
                 || {

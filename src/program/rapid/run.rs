@@ -3,11 +3,12 @@
 use std::collections::{HashMap, HashSet};
 
 use super::eval::equal;
+use super::filled::filled;
 use super::instructions::{self, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
-use super::syntax::{Args, Block, Expr, Name, Routine, Statement, What};
+use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
-use super::walk::{blocks_in, functions_in, functions_of};
+use super::walk::{blocks_in, functions_in, functions_of, names_in};
 use crate::notes::Code;
 use crate::program::spindle_names::is_spindles;
 
@@ -36,6 +37,10 @@ impl<'a> FromIterator<Effect<'a>> for Effect<'a> {
         }
         Effect::Data(names)
     }
+}
+
+fn names_of(paths: Vec<&Path>) -> Vec<&Name> {
+    paths.into_iter().map(|path| &path.name).collect()
 }
 
 impl<'a> Interpreter<'a> {
@@ -217,12 +222,12 @@ impl<'a> Interpreter<'a> {
     /// Of one that is in no file it is not known.
     fn effect_of_functions(
         &self,
-        functions: Vec<&'a Name>,
+        functions: Vec<&'a (Name, Args)>,
         seen: &mut HashSet<&'a str>,
     ) -> Effect<'a> {
-        let effect = |name: &'a Name| match self.file.functions.get(&name.key) {
+        let effect = |(name, args): &'a (Name, Args)| match self.file.functions.get(&name.key) {
             Some(routine) => self.effect_of_routine(routine, &name.key, seen),
-            None if is_own_function(&name.key) => Effect::Data(Vec::new()),
+            None if is_own_function(&name.key) => Effect::Data(names_of(filled(name, args))),
             None => Effect::Motion,
         };
         functions.into_iter().map(effect).collect()
@@ -268,7 +273,13 @@ impl<'a> Interpreter<'a> {
             // Stands for what the gripper holds: no datum has this name.
             GRIP => Effect::Data(vec![name]),
             "mechunitload" | "confj" | "confl" => Effect::Data(Vec::new()),
-            key if instructions::is_ignored(key) => Effect::Data(references.collect()),
+            "waituntil" => {
+                let waited = names_in(args.positional.iter().collect());
+                Effect::Data(waited.into_iter().chain(names_of(filled(name, args))).collect())
+            }
+            key if instructions::is_ignored(key) => {
+                Effect::Data(references.chain(names_of(filled(name, args))).collect())
+            }
             _ => Effect::Motion,
         }
     }

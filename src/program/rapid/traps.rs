@@ -53,7 +53,7 @@ impl<'a> Interpreter<'a> {
             let mut bodies = blocks_in(what);
             let not_read =
                 |shown| Some(format!("calls '{shown}', which is in no file that is read,"));
-            for name in functions_in(what) {
+            for (name, _) in functions_in(what) {
                 match self.file.functions.get(&name.key) {
                     Some(routine) if seen.insert(&name.key) => bodies.push(&routine.body),
                     None if !is_own_function(&name.key) => return not_read(&name.shown),

@@ -28,8 +28,8 @@ pub(super) fn statements_in<'a>(
     })
 }
 
-/// Functions that the expressions of a statement call, its blocks aside.
-pub(super) fn functions_in(what: &What) -> Vec<&Name> {
+/// Functions that the expressions of a statement call, with what they are given, its blocks aside.
+pub(super) fn functions_in(what: &What) -> Vec<&(Name, Args)> {
     let mut open: Vec<&Expr> = Vec::new();
     match what {
         What::Declare(declaration) => {
@@ -52,11 +52,11 @@ pub(super) fn functions_in(what: &What) -> Vec<&Name> {
     functions_of(open)
 }
 
-/// Functions that expressions call.
-pub(super) fn functions_of(open: Vec<&Expr>) -> Vec<&Name> {
+/// The same of expressions.
+pub(super) fn functions_of(open: Vec<&Expr>) -> Vec<&(Name, Args)> {
     let all = all_of(open).into_iter();
     all.filter_map(|expr| match expr {
-        Expr::Call(call) => Some(&call.0),
+        Expr::Call(call) => Some(&**call),
         _ => None,
     })
     .collect()

@@ -102,7 +102,9 @@ fn the_basic_package_limits_speeds() {
         let found = speed(data, body);
         assert!((found / expected - 1.0).abs() < 1e-6, "{data} {body}: {found}");
     }
-    assert!(krl("", "BAS(#VEL_PTP,150)").is_ok());
+    // What takes the place of more than 100 % is told where no file says it.
+    let warnings = |data: &str| krl(data, "BAS(#VEL_PTP,150)").unwrap().warnings.len();
+    assert_eq!([warnings(""), warnings("DECL GLOBAL INT DEF_VEL_PTP=50")], [1, 0]);
 }
 
 /// `assume` is what the message advises: it says what a channel gives, and what is waited for, too.
@@ -121,4 +123,30 @@ fn what_the_job_assumes_settles_what_is_filled_in() {
     }
     let asked = "WaitUntil n>1;\nIF n=2 THEN MoveL Offs(p0,0,200,0),v20,fine,t; ENDIF";
     assert_eq!(rapid(asked, &[("n", Assumed::Number(2.0))]).unwrap().moves.len(), 3);
+}
+
+/// Also under a condition that only the run decides, which may be met or not.
+#[test]
+fn what_may_be_filled_in_is_not_known_either() {
+    const MOVE: &str = "MoveL Offs(p0,0,200,0),v20,fine,t; ENDIF";
+    for (fills, asked) in [
+        ("TPReadNum n,\"how many\";", "n=2"),
+        ("WaitDI di1,1\\MaxTime:=5\\TimeFlag:=late;", "late"),
+        ("go:=StrToVal(\"2\",n);", "n=2"),
+        ("WaitUntil n>1;", "n=2"),
+    ] {
+        let body = format!("IF DInput(di2)=1 THEN {fills} ENDIF\nIF {asked} THEN {MOVE}");
+        let faults = rapid(&body, &[]).unwrap_err().join("\n");
+        assert!(faults.contains("about motion at run time"), "{fills}: {faults}");
+    }
+    for (fills, asked) in [
+        ("SREAD(S[],STAT,OFF,\"%d\",N)", "N==2"),
+        ("B=STRTOINT(S[],N)", "N==2"),
+        ("WAIT FOR N==2", "N==2"),
+    ] {
+        let branch = format!("IF {asked} THEN\nLIN_REL {{Y 200}}\nENDIF");
+        let body = format!("IF $IN[1] THEN\n{fills}\nENDIF\n{branch}");
+        let faults = krl("", &body).unwrap_err().join("\n");
+        assert!(faults.contains("about motion at run time"), "{fills}: {faults}");
+    }
 }
