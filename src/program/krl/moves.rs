@@ -322,7 +322,7 @@ impl<'a> Run<'a> {
                     "the joints' speed is {percent} %: the controller takes DEF_VEL_PTP, which is \
                      in no file that is read; 100 % is assumed"
                 );
-                self.log.warning(Code::Assumed, line, what);
+                self.log.warning(Code::ChangeIgnored, line, what);
                 self.set_joint_share(&Value::real(100.0))
             }
             own => self.set_joint_share(&own),
