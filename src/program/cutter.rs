@@ -50,6 +50,8 @@ pub(super) struct Hole {
     pub(super) out: Pace,
     /// At the bottom, s.
     pub(super) dwell_s: f64,
+    /// Over the hole between pecks, s.
+    pub(super) dwell_out_s: f64,
 }
 
 pub(super) struct Cutter<'a> {
@@ -181,6 +183,7 @@ impl<'a> Cutter<'a> {
         for (index, &depth) in hole.depths.iter().enumerate() {
             if let Some(&before) = index.checked_sub(1).and_then(|last| hole.depths.get(last)) {
                 self.apart(line, above(hole.clearance), hole.out);
+                self.log.dwell(line, hole.dwell_out_s);
                 let from = (before + hole.over_peck).min(hole.clearance);
                 self.apart(line, above(from), Pace::Rapid);
             }

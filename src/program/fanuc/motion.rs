@@ -2,7 +2,9 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::registers::{JOINTS, OF_A_GROUP, POSE, no_shift, outside, register, split_outside};
+use super::registers::{
+    JOINTS, OF_A_GROUP, POSE, no_shift, outside, register, split_outside, starts_with,
+};
 use super::run::Run;
 use super::text::{Group, Statement};
 use crate::motion::{Circle, Target};
@@ -303,10 +305,12 @@ impl Run<'_> {
 
     /// What stands behind the speed; by how much it shifts the target, and the actions in it.
     fn options<'t>(&mut self, line: usize, text: &'t str) -> Result<(Shift, Vec<&'t str>), String> {
-        const HARMLESS: [&str; 15] = [
+        const HARMLESS: [&str; 14] = [
             "FINE", "CNT", "CR", "ACC", "PTH", "COORD", "WJNT", "RT_LD", "AP_LD", "BREAK", "EV",
-            "SPOT", "MROT", "PSPD", "CD",
+            "SPOT", "MROT", "CD",
         ];
+        /// `CNT R[2]`: how far corners are rounded, and how fast it gets there.
+        const BY_REGISTER: [&str; 4] = ["CNT", "ACC", "CR", "CD"];
         let mut rest = text.trim();
         let (mut shift, mut actions) = (Shift::default(), Vec::new());
         while !rest.is_empty() {
@@ -324,8 +328,17 @@ impl Run<'_> {
                 self.bends_path(line, action);
                 actions.push(action);
                 rest = behind.trim_start();
-            } else if HARMLESS.iter().any(|known| upper.starts_with(known)) {
+            } else if upper.starts_with("PSPD") && upper != "PSPD100" {
+                return Err(format!("{own} changes the speed of the move and is not supported"));
+            } else if upper == "INC" {
+                return Err("INC counts from the position before and is not supported".to_owned());
+            } else if HARMLESS.iter().any(|known| upper.starts_with(known)) || upper == "PSPD100" {
                 rest = behind.trim_start();
+                if BY_REGISTER.contains(&upper.as_str())
+                    && (starts_with(rest, "R[") || starts_with(rest, "AR["))
+                {
+                    rest = rest.get(word(rest).len()..).unwrap_or("").trim_start();
+                }
             } else {
                 return Err(format!("'{own}' behind the target is not understood"));
             }

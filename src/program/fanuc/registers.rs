@@ -29,6 +29,13 @@ pub(super) struct Registers<'a> {
     forgotten: HashSet<String>,
 }
 
+/// What numbers and signals are at a place of the run.
+#[derive(Debug, PartialEq)]
+pub(super) struct State {
+    numbers: HashMap<i64, f64>,
+    signals: HashMap<String, Assumed>,
+}
+
 impl<'a> Registers<'a> {
     pub(super) fn new(settings: &'a Settings) -> Self {
         Self {
@@ -40,6 +47,11 @@ impl<'a> Registers<'a> {
             signals: HashMap::new(),
             forgotten: HashSet::new(),
         }
+    }
+
+    /// What conditions look at, as far as it is known.
+    pub(super) fn state(&self) -> State {
+        State { numbers: self.numbers.clone(), signals: self.signals.clone() }
     }
 
     pub(super) fn set(&mut self, number: i64, value: Result<f64, String>) {

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::registers::{Registers, outside, register, split_outside, starts_with};
+use super::registers::{Registers, State, outside, register, split_outside, starts_with};
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
 use crate::program::Settings;
@@ -105,6 +105,10 @@ pub(super) struct Run<'a> {
     pub(super) external: External,
     pub(super) next: usize,
     budget: usize,
+    /// Labels that have run, with what was known there last.
+    passed: HashMap<usize, State>,
+    /// By label and jump: whether something between leads out.
+    leads_out: HashMap<[usize; 2], bool>,
     /// FOR loops: statement, register, last value, step.
     loops: Vec<(usize, i64, f64, f64)>,
     /// Registers that the program gives to what the job reads the spindle or the tool from.
@@ -129,6 +133,8 @@ impl<'a> Run<'a> {
             external: External::new(settings),
             next: 0,
             budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
+            passed: HashMap::new(),
+            leads_out: HashMap::new(),
             loops: Vec::new(),
             given_on: HashSet::new(),
             analog: Analog::default(),
@@ -187,7 +193,7 @@ impl<'a> Run<'a> {
             "R" => self.assign(line, text, statement)?,
             "PR" => self.assign_position(text)?,
             "AR" => {}
-            "LBL" => {}
+            "LBL" => drop(self.passed.insert(self.next - 1, self.registers.state())),
             "JMP" => {
                 self.doubt_behind(statement);
                 self.jump(text, line)?;
@@ -382,7 +388,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// `JMP LBL[1]`: on from there; back, it is an endless loop, read once.
+    /// `JMP LBL[1]`: on from there. Back to where nothing has changed, or out of which nothing leads,
+    /// it is an endless loop, read once.
     fn jump(&mut self, text: &str, line: usize) -> Result<(), String> {
         let target = text.get(text.find("LBL").unwrap_or(0)..).unwrap_or("");
         let number = match register(target, "LBL") {
@@ -400,7 +407,10 @@ impl<'a> Run<'a> {
         };
         let at = self.source.statements.iter().position(is_label);
         let at = at.ok_or_else(|| format!("LBL[{number}] is not in this program"))?;
-        if at < self.next && text.starts_with("JMP") {
+        let is_back = at < self.next && text.starts_with("JMP");
+        let stays = is_back && self.passed.contains_key(&at) && !self.may_leave(at);
+        let before = self.passed.get(&at).filter(|_| is_back);
+        if stays || before.is_some_and(|before| *before == self.registers.state()) {
             let what = "an endless loop: read once, without the move from its end back to its \
                         beginning";
             self.log.warning(Code::MotionLeftOut, line, what);
@@ -409,6 +419,33 @@ impl<'a> Run<'a> {
             self.next = at + 1;
         }
         Ok(())
+    }
+
+    /// Whether something between a label and the jump that has just run leads out of there.
+    fn may_leave(&mut self, label: usize) -> bool {
+        let statements = &self.source.statements;
+        let jump = self.next - 1;
+        if let Some(known) = self.leads_out.get(&[label, jump]) {
+            return *known;
+        }
+        let leads_out = |statement: &Statement| {
+            let text = statement.text.trim();
+            let target = text.find("JMP").and_then(|at| text.get(at..)).map(|behind| {
+                let own = behind.find("LBL").and_then(|at| behind.get(at..)).unwrap_or("");
+                let number = register(own, "LBL").map(|(number, _)| number);
+                statements.iter().position(|statement| {
+                    let label = register(statement.text.trim(), "LBL");
+                    label.is_some() && label.map(|(number, _)| number) == number
+                })
+            });
+            match target {
+                Some(target) => target.is_none_or(|at| !(label..=jump).contains(&at)),
+                None => matches!(text, "END" | "ABORT"),
+            }
+        };
+        let found = statements.get(label..jump).is_some_and(|body| body.iter().any(leads_out));
+        self.leads_out.insert([label, jump], found);
+        found
     }
 
     fn call(&mut self, text: &str, statement: &Statement) {

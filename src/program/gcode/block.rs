@@ -92,8 +92,13 @@ pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> R
             block.mark = true;
             return Ok(());
         }
-        // A program's number, or its name, as newer Fanuc controls have it.
-        Some(b':') => return Ok(()),
+        // A main block of Sinumerik (`:20 G1 X5`) or ISO, or a program's number of Fanuc's.
+        Some(b':') => {
+            lexer.at += 1;
+            let digits = lexer.bytes.get(lexer.at..).unwrap_or_default();
+            lexer.at += digits.iter().take_while(|byte| byte.is_ascii_digit()).count();
+        }
+        // A program's name, as newer Fanuc controls have it.
         Some(b'<') if line.trim_end().ends_with('>') => return Ok(()),
         Some(b'/') => {
             block.optional = true;
@@ -110,6 +115,11 @@ pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> R
         match byte {
             b'#' => lexer.assignment(block)?,
             b',' => lexer.corner(block)?,
+            // A label; what jumps to it is refused.
+            b':' if block.names.len() == 1 => {
+                block.names.clear();
+                lexer.at += 1;
+            }
             b'A'..=b'Z' | b'a'..=b'z' => lexer.word(block)?,
             _ => return Err(format!("'{}' is not understood", lexer.char())),
         }
@@ -252,7 +262,10 @@ impl<'t> Lexer<'t> {
 
     /// `CR=5`, `X=IC(5)`, `R1=5`, `S1=900`, `T="MILL"`.
     fn named(&mut self, name: &str, block: &mut Block) -> Result<(), String> {
-        self.skip()?;
+        // Parentheses behind `=` are arithmetic.
+        while matches!(self.byte(), Some(b' ' | b'\t')) {
+            self.at += 1;
+        }
         let bytes = name.as_bytes();
         let digits =
             |from: usize| bytes.get(from..).is_some_and(|d| d.iter().all(u8::is_ascii_digit));

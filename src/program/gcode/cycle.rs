@@ -87,6 +87,7 @@ impl Machine<'_> {
             feed,
             out: if kind == CycleKind::Bore { feed } else { Pace::Rapid },
             dwell_s: self.cycle.dwell_s,
+            dwell_out_s: 0.0,
         };
         let axis = Vector3::ith(w, 1.0);
         let mut over = before;

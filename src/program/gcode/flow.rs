@@ -297,7 +297,10 @@ impl<'t> Flow<'t> {
     fn condition(&self, content: &str, at: usize) -> Result<(bool, usize), String> {
         let mut reader = Reader::new(content.as_bytes(), at, &self.parameters);
         if reader.peek() != Some(b'[') {
-            return Err(format!("'{}': a condition must stand in [ ]", keyword(content)));
+            return Err(format!(
+                "'{}': a condition must stand in [ ]; Sinumerik's without is not supported",
+                keyword(content)
+            ));
         }
         let value = reader.primary()?;
         Ok((value != 0.0, reader.at))

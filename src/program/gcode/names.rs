@@ -3,7 +3,7 @@
 use super::state::Machine;
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 39] = [
+const HARMLESS: [&str; 38] = [
     "FNORM",
     "DIAMOF",
     "MSG",
@@ -38,7 +38,6 @@ const HARMLESS: [&str; 39] = [
     "GROUP_END",
     "T=",
     "D=",
-    "FGROUP",
     "RTLIOF",
     "RTLION",
     "UPATH",
@@ -83,6 +82,16 @@ impl Machine<'_> {
             self.cutter.named_tool(line, inside);
             return Ok(Name::None);
         }
+        if name == "FGROUP" {
+            // The axes whose way the feed is along; none: those of the machine.
+            let is_along = |axis: &str| inside.split(',').any(|own| own.trim() == axis);
+            let is_usual = inside.trim().is_empty() || ["X", "Y", "Z"].into_iter().all(is_along);
+            let what = format!("FGROUP({inside}): the feed along other axes is not supported");
+            return if is_usual { Ok(Name::None) } else { Err(what) };
+        }
+        if matches!(name, "REPEAT" | "REPEATB") {
+            return Err(format!("{name}: Sinumerik's repeats are not supported"));
+        }
         if name == "MCALL"
             || (name.starts_with("CYCLE") && !matches!(name, "CYCLE832" | "CYCLE800"))
         {
@@ -96,8 +105,12 @@ impl Machine<'_> {
                 let part = part.trim();
                 part.is_empty() || part.starts_with('"') || part.parse() == Ok(0.0)
             });
-            // CYCLE800's first numbers are modes.
-            let resets = inside.trim().is_empty() || (is_zero && name != "CYCLE800");
+            // CYCLE800 (_FR, _TC, _ST, _MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, …): modes apart, zero
+            // turns back to the plane as it was.
+            let resets = match name {
+                "CYCLE800" => inside.trim().is_empty() || turns_nothing(inside),
+                _ => is_zero,
+            };
             if resets && !has_axes {
                 return Ok(Name::None);
             }
@@ -105,4 +118,10 @@ impl Machine<'_> {
         }
         Err(format!("'{name}' is not understood, must be letters each with a number"))
     }
+}
+
+/// Whether CYCLE800's shifts and angles are all stated, and zero.
+fn turns_nothing(inside: &str) -> bool {
+    let parts: Vec<&str> = inside.split(',').collect();
+    parts.get(4..13).is_some_and(|own| own.iter().all(|part| part.trim().parse() == Ok(0.0)))
 }

@@ -65,8 +65,9 @@ pub(super) struct Machine<'a> {
     pub(super) motion: Motion,
     pub(super) plane: Plane,
     pub(super) inches: bool,
-    /// Sinumerik's G70 and G71 leave the feed's unit as it is.
     feed_in_inches: bool,
+    /// The job's unit, in which feeds are under Sinumerik's G70 and G71.
+    basic_in_inches: bool,
     pub(super) is_sinumerik: bool,
     pub(super) relative: bool,
     pub(super) centre_absolute: bool,
@@ -95,6 +96,7 @@ impl<'a> Machine<'a> {
             plane: Plane::XY,
             inches,
             feed_in_inches: inches,
+            basic_in_inches: inches,
             is_sinumerik: false,
             relative: false,
             centre_absolute: false,
@@ -118,9 +120,7 @@ impl<'a> Machine<'a> {
     pub(super) fn set_unit(&mut self, inches: bool, of_lengths_alone: bool) {
         self.cutter.unit.state(!inches);
         self.inches = inches;
-        if !of_lengths_alone {
-            self.feed_in_inches = inches;
-        }
+        self.feed_in_inches = if of_lengths_alone { self.basic_in_inches } else { inches };
     }
 
     /// `offset`: where the line of the word begins.

@@ -2,6 +2,9 @@
 
 use crate::program::span::Span;
 
+/// Words whose number is one of its own: `CYCL DEF 7.1`, also as `CYCL DEF7.1`.
+const NUMBERED_BEHIND: [&str; 4] = ["DEF", "CALL", "LBL", "PROBE"];
+
 /// A word: `X+10`, `IZ-2`, `FMAX`, `DR+`, `Q200=2`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Word<'t> {
@@ -154,7 +157,14 @@ pub(super) fn parse(text: &str, offset: usize) -> Block<'_> {
             continue;
         }
         let length = number_length(bytes, at);
-        words.push(word(content, start, at, at + length, offset).named(content, start, name_end));
+        let own = word(content, start, at, at + length, offset).named(content, start, name_end);
+        if own.value.is_some() && NUMBERED_BEHIND.contains(&own.name) {
+            // Some posts leave out the blank.
+            words.push(Word { value: None, span: None, ..own });
+            words.push(Word { name: "", ..own });
+        } else {
+            words.push(own);
+        }
         at += length;
     }
     Block { words, quoted }
@@ -193,6 +203,19 @@ fn number_length(bytes: &[u8], from: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_blank_before_the_number_of_a_cycle_may_be_left_out() {
+        for text in ["CYCL DEF 7.1 X+10", "CYCL DEF7.1 X+10", "LBL 3", "LBL3", "TOOL CALL5 Z"] {
+            let own: Vec<_> =
+                parse(text, 0).words.iter().map(|word| (word.name, word.value)).collect();
+            let spaced = text.replace("DEF7", "DEF 7").replace("LBL3", "LBL 3");
+            let spaced = spaced.replace("CALL5", "CALL 5");
+            let other = parse(&spaced, 0);
+            let other: Vec<_> = other.words.iter().map(|word| (word.name, word.value)).collect();
+            assert_eq!(own, other, "{text}");
+        }
+    }
 
     #[test]
     fn words_of_blocks() {

@@ -1,28 +1,26 @@
 //! Heidenhain's conversational programs → motions, as milling posts write them.
 //!
-//! Read: L, CC with C and CP, CR, LP, TOOL CALL, F, FMAX, M, drilling cycles 200, 201 and 203 with
-//! CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP. Errors: Q parameters in
+//! Read: L, CC with C and CP in planes of two axes, CR, LP, TOOL CALL, F, FMAX, M, drilling cycles
+//! 200, 201 and 203 with CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP. Errors: Q parameters in
 //! words, other cycles, planes and shifts of the work, rounded corners. The preset is the job's
 //! work object.
 
 mod block;
+mod cycle;
 
 use std::collections::HashMap;
 
 use nalgebra::{Rotation3, Vector3};
 
 use super::arc::{Arc, Centre, Plane};
-use super::cutter::{Cutter, Feed, FeedKind, Hole};
-use super::log::{Log, States};
-use super::span::Span;
+use super::cutter::{Cutter, Feed, FeedKind};
+use super::log::Log;
 use super::unread::{behind_end, left_over, read_as_run};
 use super::{Pace, Settings};
 use crate::notes::Code;
-use crate::units::{m_per_s_from_mm_per_min, mm_from_inch, rad_from_deg};
+use crate::units::{mm_from_inch, rad_from_deg};
 use block::{Block, Text, Word, blocks, content, parse};
-
-/// This feed in a Q parameter stands for FMAX.
-const FMAX_MM_PER_MIN: f64 = 99_999.0;
+use cycle::Cycle;
 
 /// Blocks that repeats may run beyond one pass through the program.
 const BLOCKS_IN_LOOPS: usize = 1_000_000;
@@ -58,14 +56,6 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     }
 }
 
-/// A drilling cycle: its number, its line, and each Q with its place in the text.
-#[derive(Clone)]
-struct Cycle {
-    number: f64,
-    line: usize,
-    values: HashMap<String, (f64, Option<Span>)>,
-}
-
 struct Reader<'a, 't> {
     cutter: Cutter<'a>,
     blocks: Vec<Text<'t>>,
@@ -78,7 +68,8 @@ struct Reader<'a, 't> {
     calls: Vec<(usize, usize, u32)>,
     repeats: HashMap<usize, u32>,
     inches: bool,
-    pole: Option<[f64; 2]>,
+    /// The last CC, along the axes of the plane that it names.
+    pole: Option<([f64; 2], Plane)>,
     /// Number and Q parameters.
     cycle: Option<Cycle>,
     /// Whether the last one was refused: where it is called is told once, with it.
@@ -153,10 +144,16 @@ impl<'a, 't> Reader<'a, 't> {
 
     fn block(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
         if block.words.iter().any(|word| word.name != "Q" && word.name.starts_with('Q'))
-            && block.name(0) != "CYCL"
+            && !matches!(block.name(0), "CYCL" | "TCH")
             && !block.name(0).starts_with('Q')
         {
             return Err("Q parameters in words are not supported".to_owned());
+        }
+        if let Some(block) = without_handwheel(block) {
+            let what =
+                "M118 lets the operator's handwheel shift the path: it is read as programmed";
+            self.cutter.log.warning(Code::Assumed, line, what);
+            return self.block(line, &block);
         }
         match block.name(0) {
             "BEGIN" => {
@@ -168,7 +165,11 @@ impl<'a, 't> Reader<'a, 't> {
                 Ok(())
             }
             "FN" => Err("FN: parameters and jumps are not supported".to_owned()),
-            "" | "BLK" | "STOP" | "TCH" | "FUNCTION" => {
+            "TCH" => {
+                self.probe(line, block);
+                Ok(())
+            }
+            "" | "BLK" | "STOP" | "FUNCTION" => {
                 if block.name(0) == "FUNCTION" && !block.has("RESET") {
                     return Err("FUNCTION is not supported".to_owned());
                 }
@@ -215,6 +216,10 @@ impl<'a, 't> Reader<'a, 't> {
         if let Some(number) = block.words.get(2).filter(|word| word.name.is_empty()) {
             self.cutter.tool(number.value.unwrap_or(0.0))?;
         }
+        if block.get("DL").is_some_and(|by| by != 0.0) {
+            let what = "DL changes the tool's length: the job's tcp is used";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
         if let Some(axis) = ["X", "Y"].into_iter().find(|axis| block.has(axis)) {
             return Err(format!("tool axis {axis} is not supported: Z alone"));
         }
@@ -246,11 +251,23 @@ impl<'a, 't> Reader<'a, 't> {
         if value <= 0.0 {
             return Err(format!("F is {value}, must be positive"));
         }
-        // Inch programs have the feed in tenths of an inch a minute.
-        let mm = if self.inches { mm_from_inch(value) / 10.0 } else { value };
-        let feed = Feed { kind: FeedKind::PerMinute, value: Some(mm) };
+        let feed = Feed { kind: FeedKind::PerMinute, value: Some(self.mm_per_min(value)) };
         self.cutter.state_feed(line, feed, value, word.span);
         Ok(())
+    }
+
+    /// Inch programs have feeds in tenths of an inch a minute, those of cycles, too.
+    fn mm_per_min(&self, written: f64) -> f64 {
+        if self.inches { mm_from_inch(written) / 10.0 } else { written }
+    }
+
+    /// Touch probes move to where the program does not say, and may set the preset. What follows
+    /// the title belongs to it.
+    fn probe(&mut self, line: usize, block: &Block<'_>) {
+        let number = block.words.get(2).and_then(|word| word.value);
+        if number.is_none_or(|number| number.fract() == 0.0) {
+            self.cutter.leave(line, [true; 3], "TCH PROBE");
+        }
     }
 
     /// The end of a block: axes as given, by `I` relative to where the tool is.
@@ -310,7 +327,8 @@ impl<'a, 't> Reader<'a, 't> {
         let mut end = self.end_of(block)?;
         if block.name(0) == "LP" {
             let [x, y] = self.polar(block)?;
-            (end[0], end[1]) = (Some(x), Some(y));
+            let Plane([u, v, _]) = self.plane();
+            (end[u], end[v]) = (Some(x), Some(y));
         }
         const AXES: [&str; 10] = ["X", "Y", "Z", "IX", "IY", "IZ", "PR", "PA", "IPR", "IPA"];
         if !AXES.iter().any(|axis| block.has(axis)) {
@@ -328,11 +346,16 @@ impl<'a, 't> Reader<'a, 't> {
         }
     }
 
-    /// PR and PA about the pole.
+    fn plane(&self) -> Plane {
+        self.pole.map_or(Plane::XY, |(_, plane)| plane)
+    }
+
+    /// PR and PA about the pole, along the axes of its plane; angles count from the first of them
+    /// (X in X/Y, Y in Y/Z, Z in Z/X: HEIDENHAIN, TNC 426 Pilot, Fundamentals).
     fn polar(&self, block: &Block<'_>) -> Result<[f64; 2], String> {
-        let pole = self.pole.ok_or("polar coordinates without CC")?;
+        let (pole, Plane([u, v, _])) = self.pole.ok_or("polar coordinates without CC")?;
         let at = self.cutter.at;
-        let before = match (at[0], at[1]) {
+        let before = match (at[u], at[v]) {
             (Some(x), Some(y)) => Some([x - pole[0], y - pole[1]]),
             _ => None,
         };
@@ -351,14 +374,21 @@ impl<'a, 't> Reader<'a, 't> {
         Ok([pole[0] + radius * angle.cos(), pole[1] + radius * angle.sin()])
     }
 
+    /// CC: the two axes that it names are the plane of arcs.
     fn centre(&mut self, block: &Block<'_>) -> Result<(), String> {
-        if block.words.iter().any(|word| matches!(word.name, "Z" | "IZ")) {
-            return Err("arcs in planes with Z are not supported".to_owned());
-        }
+        let names = |axis: &str, by: &str| block.has(axis) || block.has(by);
+        let [x, y, z] = [names("X", "IX"), names("Y", "IY"), names("Z", "IZ")];
+        let plane = match (x, y, z) {
+            (_, _, false) => Plane::XY,
+            (true, false, true) => Plane::ZX,
+            (false, true, true) => Plane::YZ,
+            _ => return Err("CC names no plane: two of X, Y and Z".to_owned()),
+        };
+        let Plane([u, v, _]) = plane;
         let end = self.end_of(block)?;
-        match (end[0], end[1]) {
-            (Some(x), Some(y)) => {
-                self.pole = Some([x, y]);
+        match (end[u], end[v]) {
+            (Some(u), Some(v)) => {
+                self.pole = Some(([u, v], plane));
                 Ok(())
             }
             _ => Err("a centre at an unknown position".to_owned()),
@@ -371,42 +401,45 @@ impl<'a, 't> Reader<'a, 't> {
             Some(is_positive) => !is_positive,
             None => return Err("an arc without DR+ or DR-".to_owned()),
         };
-        let [Some(mut x), Some(mut y), Some(z)] = self.end_of(block)? else {
+        let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
             return Err("an arc to an unknown position".to_owned());
         };
-        let mut more_turns = 0;
+        let mut end = Vector3::new(x, y, z);
+        let (mut plane, mut more_turns) = (Plane::XY, 0);
         let centre = match block.name(0) {
             "CR" => {
                 let radius = block.get("R").ok_or("CR without R")?;
                 Centre::Radius(self.mm(radius))
             }
             name => {
-                let pole = self.pole.ok_or("an arc without CC before it")?;
+                let (pole, own) = self.pole.ok_or("an arc without CC before it")?;
+                plane = own;
+                let Plane([u, v, _]) = plane;
                 if name == "CP" {
-                    let turned = block.get("IPA").map_or(0.0, f64::abs);
-                    if block.get("IPA").is_some_and(|angle| (angle < 0.0) != clockwise) {
+                    [end[u], end[v]] = self.polar(block)?;
+                }
+                if let ("CP", Some(turned)) = (name, block.get("IPA")) {
+                    if (turned < 0.0) != clockwise {
                         return Err("IPA and DR have opposite signs".to_owned());
                     }
-                    [x, y] = self.polar(block)?;
+                    let turned = turned.abs();
                     // Whole turns, and the rest by the end.
-                    let whole = (turned / 360.0 - 1e-9).floor().clamp(0.0, 1e4);
-                    more_turns = if block.has("IPA") { whole as u32 } else { 0 };
+                    more_turns = (turned / 360.0 - 1e-9).floor().clamp(0.0, 1e4) as u32;
                     if (turned % 360.0).abs() < 1e-9 {
-                        (x, y) = (start.x, start.y);
+                        (end[u], end[v]) = (start[u], start[v]);
+                    }
+                } else if name == "CP" {
+                    // The angle of the end; how often round on the way there is IPA's to say.
+                    let angle = block.get("PA").ok_or("CP without PA or IPA")?;
+                    if angle.abs() > 360.0 {
+                        return Err(format!("PA is {angle}°, must be from -360 to 360; IPA turns"));
                     }
                 }
                 Centre::At(pole)
             }
         };
-        let arc = Arc {
-            start,
-            end: Vector3::new(x, y, z),
-            plane: Plane::XY,
-            turn: Rotation3::identity(),
-            clockwise,
-            centre,
-            more_turns,
-        };
+        let arc =
+            Arc { start, end, plane, turn: Rotation3::identity(), clockwise, centre, more_turns };
         self.cutter.arc(line, &arc, pace)
     }
 
@@ -442,132 +475,6 @@ impl<'a, 't> Reader<'a, 't> {
         Ok(())
     }
 
-    /// CYCL DEF: drilling, or what neither moves nor shifts.
-    fn define(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
-        let number = block.words.get(2).and_then(|word| word.value);
-        let number = number.or_else(|| block.words.get(1).and_then(|word| word.value));
-        let number = number.ok_or("a cycle without a number")?;
-        let values = || {
-            let q =
-                block.words.iter().filter(|word| word.name.len() > 1 && word.name.starts_with('Q'));
-            q.filter_map(|word| Some((word.name.to_owned(), (word.value?, word.span))))
-                .collect::<HashMap<_, _>>()
-        };
-        match number {
-            _ if [200.0, 201.0, 203.0].contains(&number) => {
-                let is_open = |word: &&Word<'_>| word.name.starts_with('Q') && word.value.is_none();
-                if let Some(word) = block.words.iter().find(is_open) {
-                    return Err(format!(
-                        "{}: a value from a Q parameter is not supported",
-                        word.name
-                    ));
-                }
-                self.cycle = Some(Cycle { number, line, values: values() });
-                self.is_refused = false;
-                Ok(())
-            }
-            _ if number == 9.0 => Ok(()),
-            _ if number.floor() == 9.0 => {
-                let seconds = block.words.iter().skip(3).find_map(|word| word.value);
-                let seconds = seconds.ok_or("a dwell without a time")?;
-                self.cutter.log.dwell(line, seconds);
-                Ok(())
-            }
-            // Tolerance, preset by number, thermal and the like.
-            _ if number == 247.0 && self.cutter.log.has_moved() => {
-                let what = "cycle 247 chooses a preset: the job's work_object is used throughout";
-                self.cutter.log.warning(Code::ChangeIgnored, line, what);
-                Ok(())
-            }
-            _ if number.floor() == 32.0 || number == 247.0 || number == 392.0 => Ok(()),
-            // Shifts and turns that are zero, behind a title; a mirror names axes alone.
-            _ if matches!(number.floor() as i64, 7 | 8 | 10 | 19) => {
-                let is_title = number.fract() == 0.0;
-                let says_zero = |word: &Word<'_>| match word.value {
-                    Some(value) => value == 0.0,
-                    None => is_title && word.sign.is_none() && !is_of_motion(word.name),
-                };
-                if block.words.iter().skip(3).all(says_zero) {
-                    Ok(())
-                } else {
-                    Err(format!("cycle {number} shifts or turns the work and is not supported"))
-                }
-            }
-            _ => Err(format!("cycle {number} is not supported")),
-        }
-    }
-
-    /// CYCL CALL, with M codes as in a move.
-    fn call_cycle(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
-        let unknown = |word: &&Word<'_>| !matches!(word.name, "M" | "F" | "FMAX" | "MAX");
-        if let Some(word) = block.words.iter().skip(2).find(unknown) {
-            return Err(format!("'CYCL CALL {}' is not supported", word.name));
-        }
-        self.feed(line, block)?;
-        self.m_codes(line, block, true)?;
-        self.drill(line)?;
-        if block.all("M").any(|code| code == 5.0) {
-            self.cutter.turn_spindle(line, false);
-        }
-        Ok(())
-    }
-
-    fn drill(&mut self, line: usize) -> Result<(), String> {
-        if self.is_refused {
-            return Ok(());
-        }
-        let cycle = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
-        let get = |name: &str| cycle.values.get(name).map(|(value, _)| *value);
-        let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));
-        let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
-        let surface = self.mm(need("Q203")?);
-        let clearance = surface + self.mm(need("Q200")?);
-        let depth = self.mm(need("Q201")?);
-        let second = surface + self.mm(get("Q204").unwrap_or(0.0));
-        if depth >= 0.0 {
-            return Err(format!("Q201 is {depth} mm, must be negative"));
-        }
-        let step = self.mm(get("Q202").unwrap_or(0.0));
-        let [less, least] = ["Q212", "Q205"].map(|name| self.mm(get(name).unwrap_or(0.0)));
-        let depths = pecks(depth, step, less, least);
-        // Chips are broken by a short way back, which is left out.
-        let breaks = get("Q213").unwrap_or(0.0).clamp(0.0, 1e4) as usize;
-        let last = depths.len() - 1;
-        let is_whole = |peck: &usize| *peck == last || (peck + 1).is_multiple_of(breaks + 1);
-        let feed = need("Q206")?;
-        let pace = |feed: f64| Pace::Feed(m_per_s_from_mm_per_min(self.mm(feed)));
-        // Reaming and universal drilling say how fast the tool comes out, and by 0: as it went in.
-        let out = match get("Q208") {
-            _ if cycle.number == 200.0 => Pace::Rapid,
-            None => Pace::Rapid,
-            Some(out) if out >= FMAX_MM_PER_MIN => Pace::Rapid,
-            Some(out) => pace(if out > 0.0 { out } else { feed }),
-        };
-        let feed = pace(feed);
-        if !matches!(feed, Pace::Feed(feed) if feed > 0.0) {
-            return Err("Q206 must be positive".to_owned());
-        }
-        for (name, is_stated) in [("Q206", true), ("Q208", matches!(out, Pace::Feed(_)))] {
-            if let Some((value, span)) = cycle.values.get(name).filter(|(value, _)| *value > 0.0)
-                && is_stated
-            {
-                self.cutter.log.states(cycle.line, *span, States::Feed { value: *value });
-            }
-        }
-        let hole = Hole {
-            clearance,
-            depths: (0..=last).filter(is_whole).map(|peck| surface + depths[peck]).collect(),
-            over_peck: clearance - surface,
-            retract: second.max(clearance),
-            feed,
-            out,
-            dwell_s: get("Q211").unwrap_or(0.0),
-        };
-        let over = Vector3::new(at.x, at.y, 0.0);
-        self.cutter.hole(line, over, Vector3::z(), &hole);
-        Ok(())
-    }
-
     /// LBL 0: the end of a subprogram that was called.
     fn back(&mut self) {
         if let Some((back, head, left)) = self.calls.pop() {
@@ -585,7 +492,11 @@ impl<'a, 't> Reader<'a, 't> {
         let index = self.next - 1;
         let text = content(self.blocks[index].parts[0].1);
         let rest = text.trim_start_matches("CALL").trim_start().trim_start_matches("LBL").trim();
-        let (label, repeats) = match rest.split_once("REP") {
+        // A label's name may hold REP, too.
+        let quoted = rest.rfind('"').map_or(0, |end| end + 1);
+        let at = rest.get(quoted..).and_then(|behind| behind.find("REP"));
+        let parts = at.and_then(|at| rest.split_at_checked(quoted + at));
+        let (label, repeats) = match parts.map(|(label, behind)| (label, &behind[3..])) {
             Some((label, repeats)) => {
                 // `REP 3/3` shows what is left.
                 let count = repeats.split('/').next().unwrap_or("").trim();
@@ -618,6 +529,17 @@ impl<'a, 't> Reader<'a, 't> {
     }
 }
 
+/// The block without the axes that stand behind M118: how far the handwheel may shift them. `None`
+/// if it has no M118.
+fn without_handwheel<'t>(block: &Block<'t>) -> Option<Block<'t>> {
+    let is_code = |word: &Word<'_>| word.name == "M";
+    let at = block.words.iter().position(|word| is_code(word) && word.value == Some(118.0))?;
+    let limits = block.words[at + 1..].iter().take_while(|word| !is_code(word));
+    let behind = at + 1 + limits.count();
+    let words = block.words[..at].iter().chain(&block.words[behind..]).copied().collect();
+    Some(Block { words, quoted: block.quoted })
+}
+
 /// FMAX, which some posts write apart.
 fn is_rapid(block: &Block<'_>) -> bool {
     block.has("FMAX") || block.is_after("F", "MAX")
@@ -630,17 +552,4 @@ fn is_of_motion(name: &str) -> bool {
         "IPR", "DR", "R", "RL", "RR", "F", "FMAX", "FAUTO", "FU", "MAX", "AUTO", "M", "MB", "Q",
     ];
     WORDS.contains(&name) || name.starts_with('Q')
-}
-
-/// Depths of pecks, below zero: each less deep than the one before by `less`, down to `least`.
-fn pecks(depth: f64, step: f64, less: f64, least: f64) -> Vec<f64> {
-    const MOST: usize = 10_000;
-    let (mut depths, mut at, mut step) = (Vec::new(), 0.0, step);
-    while step > 0.0 && at - step > depth + 1e-9 && depths.len() < MOST {
-        at -= step;
-        depths.push(at);
-        step = (step - less).max(least).min(step);
-    }
-    depths.push(depth);
-    depths
 }

@@ -14,6 +14,7 @@ mod public;
 mod rapid;
 mod refusals;
 mod robots;
+mod sampled;
 mod signals;
 mod silent;
 mod stated;

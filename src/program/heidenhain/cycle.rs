@@ -1,0 +1,188 @@
+//! Cycles: drilling, and those that neither move nor shift.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use super::block::{Block, Word};
+use super::{Reader, is_of_motion};
+use crate::notes::Code;
+use crate::program::Pace;
+use crate::program::cutter::{Feed, FeedKind, Hole};
+use crate::program::log::States;
+use crate::program::span::Span;
+use crate::units::m_per_s_from_mm_per_min;
+
+/// This feed in a Q parameter stands for FMAX.
+const FMAX_MM_PER_MIN: f64 = 99_999.0;
+
+/// A drilling cycle: its number, its line, and each Q with its place in the text.
+#[derive(Clone)]
+pub(super) struct Cycle {
+    number: f64,
+    line: usize,
+    values: HashMap<String, (f64, Option<Span>)>,
+}
+
+impl Reader<'_, '_> {
+    /// CYCL DEF: drilling, or what neither moves nor shifts.
+    pub(super) fn define(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        let number = block.words.get(2).filter(|word| word.name.is_empty());
+        let number = number.and_then(|word| word.value).ok_or("a cycle without a number")?;
+        match number {
+            _ if [200.0, 201.0, 203.0].contains(&number) => {
+                let values = self.values(block)?;
+                self.cycle = Some(Cycle { number, line, values });
+                self.is_refused = false;
+                Ok(())
+            }
+            _ if number == 9.0 => Ok(()),
+            _ if number.floor() == 9.0 => {
+                let seconds = block.words.iter().skip(3).find_map(|word| word.value);
+                let seconds = seconds.ok_or("a dwell without a time")?;
+                self.cutter.log.dwell(line, seconds);
+                Ok(())
+            }
+            // Tolerance, preset by number, thermal and the like.
+            _ if number == 247.0 && self.cutter.log.has_moved() => {
+                let what = "cycle 247 chooses a preset: the job's work_object is used throughout";
+                self.cutter.log.warning(Code::ChangeIgnored, line, what);
+                Ok(())
+            }
+            _ if number.floor() == 32.0 || number == 247.0 || number == 392.0 => Ok(()),
+            // Shifts and turns that are zero, behind a title; a mirror names axes alone.
+            _ if matches!(number.floor() as i64, 7 | 8 | 10 | 19) => {
+                let is_title = number.fract() == 0.0;
+                // A number alone is a row of a table.
+                let says_zero = |word: &Word<'_>| match word.value {
+                    Some(value) => value == 0.0 && (is_title || !word.name.is_empty()),
+                    None => is_title && word.sign.is_none() && !is_of_motion(word.name),
+                };
+                if block.words.iter().skip(3).all(says_zero) {
+                    Ok(())
+                } else {
+                    Err(format!("cycle {number} shifts or turns the work and is not supported"))
+                }
+            }
+            _ => Err(format!("cycle {number} is not supported")),
+        }
+    }
+
+    /// The Q words of a cycle: a number, and of feeds MAX or AUTO.
+    fn values(&self, block: &Block<'_>) -> Result<HashMap<String, (f64, Option<Span>)>, String> {
+        let mut values = HashMap::new();
+        for (index, word) in block.words.iter().enumerate() {
+            if word.name.len() < 2 || !word.name.starts_with('Q') {
+                continue;
+            }
+            let value = match (word.value, block.name(index + 1)) {
+                (Some(value), _) => value,
+                (None, "MAX" | "FMAX") => FMAX_MM_PER_MIN,
+                (None, "AUTO" | "FAUTO") => match self.feed_of_tool {
+                    Some(Feed { kind: FeedKind::PerMinute, value: Some(mm) }) => {
+                        mm / self.mm_per_min(1.0)
+                    }
+                    _ => return Err(format!("{}: the last TOOL CALL has no F", word.name)),
+                },
+                (None, _) => {
+                    return Err(format!(
+                        "{}: a value from a Q parameter is not supported",
+                        word.name
+                    ));
+                }
+            };
+            values.insert(word.name.to_owned(), (value, word.span));
+        }
+        Ok(values)
+    }
+
+    /// CYCL CALL, with M codes as in a move.
+    pub(super) fn call_cycle(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        let unknown = |word: &&Word<'_>| !matches!(word.name, "M" | "F" | "FMAX" | "MAX");
+        if let Some(word) = block.words.iter().skip(2).find(unknown) {
+            return Err(format!("'CYCL CALL {}' is not supported", word.name));
+        }
+        self.feed(line, block)?;
+        self.m_codes(line, block, true)?;
+        self.drill(line)?;
+        if block.all("M").any(|code| code == 5.0) {
+            self.cutter.turn_spindle(line, false);
+        }
+        Ok(())
+    }
+
+    pub(super) fn drill(&mut self, line: usize) -> Result<(), String> {
+        if self.is_refused {
+            return Ok(());
+        }
+        let cycle = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
+        let get = |name: &str| cycle.values.get(name).map(|(value, _)| *value);
+        let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));
+        let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
+        let surface = self.mm(need("Q203")?);
+        let clearance = surface + self.mm(need("Q200")?);
+        let depth = self.mm(need("Q201")?);
+        let second = surface + self.mm(get("Q204").unwrap_or(0.0));
+        if depth >= 0.0 {
+            return Err(format!("Q201 is {depth} mm, must be negative"));
+        }
+        if get("Q395").is_some_and(|of| of != 0.0) {
+            let what = "Q395 measures the depth to the tool's full diameter, which needs its point \
+                        angle: not supported";
+            return Err(what.to_owned());
+        }
+        let step = self.mm(get("Q202").unwrap_or(0.0));
+        let [less, least] = ["Q212", "Q205"].map(|name| self.mm(get(name).unwrap_or(0.0)));
+        let depths = pecks(depth, step, less, least);
+        // Chips are broken by a short way back, which is left out.
+        let breaks = get("Q213").unwrap_or(0.0).clamp(0.0, 1e4) as usize;
+        let last = depths.len() - 1;
+        let is_whole = |peck: &usize| *peck == last || (peck + 1).is_multiple_of(breaks + 1);
+        let feed = need("Q206")?;
+        let pace = |feed: f64| Pace::Feed(m_per_s_from_mm_per_min(self.mm_per_min(feed)));
+        // Reaming and universal drilling say how fast the tool comes out, and by 0: as it went in.
+        let out = match get("Q208") {
+            _ if cycle.number == 200.0 => Pace::Rapid,
+            None => Pace::Rapid,
+            Some(out) if out >= FMAX_MM_PER_MIN => Pace::Rapid,
+            Some(out) => pace(if out > 0.0 { out } else { feed }),
+        };
+        let feed = pace(feed);
+        if !matches!(feed, Pace::Feed(feed) if feed > 0.0) {
+            return Err("Q206 must be positive".to_owned());
+        }
+        for (name, is_stated) in [("Q206", true), ("Q208", matches!(out, Pace::Feed(_)))] {
+            if let Some((value, span)) = cycle.values.get(name).filter(|(value, _)| *value > 0.0)
+                && is_stated
+            {
+                self.cutter.log.states(cycle.line, *span, States::Feed { value: *value });
+            }
+        }
+        let hole = Hole {
+            clearance,
+            depths: (0..=last).filter(is_whole).map(|peck| surface + depths[peck]).collect(),
+            over_peck: clearance - surface,
+            retract: second.max(clearance),
+            feed,
+            out,
+            dwell_s: get("Q211").unwrap_or(0.0),
+            dwell_out_s: get("Q210").unwrap_or(0.0),
+        };
+        let over = Vector3::new(at.x, at.y, 0.0);
+        self.cutter.hole(line, over, Vector3::z(), &hole);
+        Ok(())
+    }
+}
+
+/// Depths of pecks, below zero: each less deep than the one before by `less`, down to `least`.
+fn pecks(depth: f64, step: f64, less: f64, least: f64) -> Vec<f64> {
+    const MOST: usize = 10_000;
+    let (mut depths, mut at, mut step) = (Vec::new(), 0.0, step);
+    while step > 0.0 && at - step > depth + 1e-9 && depths.len() < MOST {
+        at -= step;
+        depths.push(at);
+        step = (step - less).max(least).min(step);
+    }
+    depths.push(depth);
+    depths
+}

@@ -1,0 +1,299 @@
+//! Constructs of public Heidenhain, Sinumerik and TP programs that were read wrongly without a word, or refused for a
+//! wrong reason. Expected figures are worked out by hand from the controllers' manuals.
+
+use detune::motion::{Move, Target, Timing};
+use detune::notes::{Code, Note};
+use detune::program::{Dialect, Program, Spindle, read};
+
+use super::support::{assert_ends, at, ended, faults, settings};
+
+/// Without the first move, which goes to where the path starts.
+fn of(text: &str, dialect: Dialect) -> Program {
+    let mut found = read(ended(text, dialect).as_bytes(), dialect, &settings()).unwrap();
+    found.moves.remove(0);
+    found
+}
+
+/// Blocks behind `L X+20 Y+0 Z+50`, from line 5 on.
+fn conversational(body: &str) -> String {
+    format!(
+        "0 BEGIN PGM V MM\n1 TOOL CALL 1 Z S6000 F600\n2 L X+0 Y+0 Z+60 R0 FMAX M3\n\
+         3 L X+20 Y+0 Z+50 R0 F600\n{body}\nL Z+60 R0 FMAX\nEND PGM V MM\n"
+    )
+}
+
+fn heidenhain(body: &str) -> Program {
+    of(&conversational(body), Dialect::Heidenhain)
+}
+
+#[track_caller]
+fn refused(text: &str, dialect: Dialect, said: &str) {
+    let found = faults(text, dialect);
+    assert!(found.iter().any(|fault| fault.what.contains(said)), "{said}: {found:?}");
+}
+
+fn told(program: &Program, code: Code) -> Vec<usize> {
+    program.warnings.iter().filter(|note| note.code == code).map(at).collect()
+}
+
+fn mm_per_min(program: &Program) -> Vec<f64> {
+    program.moves.iter().map(|each| (each.feed_m_per_s * 6e7).round() / 1e3).collect()
+}
+
+/// PA is the polar angle of the end (HEIDENHAIN iTNC 530, DIN/ISO programming, 6.5: "angular
+/// position of the arc end point"), IPA how far the arc turns.
+#[test]
+fn an_arc_by_the_polar_angle_of_its_end() {
+    let quarter = heidenhain("CC X+0 Y+0\nCP PA+90 DR+");
+    assert_ends(
+        &quarter,
+        &[('L', [20.0, 0.0, 50.0]), ('A', [0.0, 20.0, 50.0]), ('L', [0.0, 20.0, 60.0])],
+    );
+    let whole = heidenhain("CC X+0 Y+0\nCP IPA+360 DR+");
+    assert_ends(
+        &whole,
+        &[
+            ('L', [20.0, 0.0, 50.0]),
+            ('A', [-20.0, 0.0, 50.0]),
+            ('A', [20.0, 0.0, 50.0]),
+            ('L', [20.0, 0.0, 60.0]),
+        ],
+    );
+    refused(&conversational("CC X+0 Y+0\nCP PA+450 DR+"), Dialect::Heidenhain, "PA is 450");
+    refused(&conversational("CC X+0 Y+0\nCP DR+"), Dialect::Heidenhain, "without PA or IPA");
+}
+
+/// Angles count from Z towards X in Z/X, from Y towards Z in Y/Z (HEIDENHAIN, TNC 426 Pilot,
+/// Fundamentals: reference axis and 0° direction), and DR+ is the positive turn.
+#[test]
+fn arcs_in_planes_with_the_tool_axis() {
+    // From below the centre (−Z) by the positive turn about Y, z × x = y: to +Z by way of −X.
+    let lead = heidenhain("CC X+20 Z+55\nC X+20 Z+60 DR+\nL X+0 F600");
+    let [_, first, second, ..] = lead.moves.as_slice() else { panic!("{:?}", lead.moves) };
+    let via = |each: &Move| match &each.to {
+        Target::Arc { via, .. } => via.translation.vector * 1000.0,
+        other => panic!("{other:?}"),
+    };
+    assert!((via(first).x - 15.0).abs() < 1e-6, "{:?}", via(first));
+    assert!((via(first).z - 55.0).abs() < 1e-6 && second.line == 7);
+    let side = heidenhain("CC Y+5 Z+50\nCP PA+90 DR-");
+    // From −Y (180°) clockwise about X to +Z (90°).
+    assert_ends(
+        &side,
+        &[('L', [20.0, 0.0, 50.0]), ('A', [20.0, 5.0, 55.0]), ('L', [20.0, 5.0, 60.0])],
+    );
+    refused(&conversational("CC Z+5\nCP PA+90 DR-"), Dialect::Heidenhain, "names no plane");
+}
+
+#[test]
+fn the_blank_before_a_cycles_number_may_be_missing() {
+    for shift in [
+        "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF7.1 X+10",
+        "CYCL DEF 10.0 ROTATION\nCYCL DEF10.1 ROT+10",
+        "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF8.1 X",
+        "CYCL DEF7.0 DATUM SHIFT\nCYCL DEF7.1 #5",
+        "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 #0",
+    ] {
+        refused(&conversational(shift), Dialect::Heidenhain, "shifts or turns the work");
+    }
+    assert_eq!(heidenhain("CYCL DEF7.0 DATUM SHIFT\nCYCL DEF7.1 X+0").moves.len(), 2);
+    // A subprogram ends at LBL0, too.
+    let text = conversational("CALL LBL1\nM30\nLBL1\nL X+5\nLBL0\nL X+99");
+    assert_eq!(of(&text, Dialect::Heidenhain).moves.len(), 2);
+}
+
+#[test]
+fn what_stands_behind_m118_is_no_place() {
+    let found = heidenhain("L Y+38.5 R0 M118 X1 Z1\nL X+40");
+    assert_ends(
+        &found,
+        &[
+            ('L', [20.0, 0.0, 50.0]),
+            ('L', [20.0, 38.5, 50.0]),
+            ('L', [40.0, 38.5, 50.0]),
+            ('L', [40.0, 38.5, 60.0]),
+        ],
+    );
+    // Behind it, that rapid moves run at an assumed speed.
+    assert_eq!(told(&found, Code::Assumed)[0], 5);
+}
+
+#[test]
+fn touch_probes_are_a_doubt_and_leave_the_place_unknown() {
+    const CALIBRATES: &str = "TCH PROBE 31.0 CAL. TOOL LENGTH\nTCH PROBE 31.1 CHECK: 0\n\
+                              TCH PROBE 31.2 HEIGHT: +120";
+    let found = heidenhain(&format!("{CALIBRATES}\nL X+0 Y+0 Z+50 FMAX\nL X+20"));
+    assert_eq!(told(&found, Code::MotionLeftOut), [5]);
+    refused(&conversational(&format!("{CALIBRATES}\nL X+20")), Dialect::Heidenhain, "not known");
+    let with_q =
+        "TCH PROBE 412 DATUM INSIDE CIRCLE ~\n  Q321=+10 ~\n  Q322=Q5\nL X+0 Y+0 Z+50 FMAX";
+    assert_eq!(told(&heidenhain(with_q), Code::MotionLeftOut), [5]);
+}
+
+/// F and the feeds of cycles are written alike: tenths of an inch a minute.
+#[test]
+fn feeds_of_cycles_in_inches() {
+    let text = |q: &str| {
+        format!(
+            "0 BEGIN PGM I INCH\n1 TOOL CALL 1 Z S6000 F50\n2 L X+0 Y+0 Z+2 R0 FMAX M3\n\
+             3 L X+1 F100\n4 CYCL DEF 200 DRILLING ~\n Q200=0.1 ~\n Q201=-1 ~\n Q206={q} ~\n \
+             Q202=1 ~\n Q203=0 ~\n Q204=2\n5 L X+1 Y+0 R0 FMAX M99\n6 END PGM I INCH\n"
+        )
+    };
+    let feeds = |q: &str| mm_per_min(&of(&text(q), Dialect::Heidenhain));
+    // To the edge, over the hole, to the clearance, down.
+    let plunge = |q: &str| feeds(q)[3];
+    assert_eq!(feeds("100")[0], 254.0);
+    assert_eq!(plunge("100"), 254.0);
+    assert_eq!(plunge("AUTO"), 127.0);
+}
+
+#[test]
+fn words_of_drilling_cycles() {
+    let drill = |number: u32, more: &str| {
+        format!(
+            "CYCL DEF {number} DRILLING ~\n Q200=2 ~\n Q201=-10 ~\n Q206=300 ~\n Q202=4 ~\n {more} ~\n \
+             Q203=40 ~\n Q204=10\nL X+20 Y+0 FMAX M99"
+        )
+    };
+    // Three pecks: twice over the hole between them.
+    let rests = |more: &str| -> Vec<f64> {
+        let found = heidenhain(&drill(200, more));
+        let rests = found.moves.iter().filter_map(|each| match each.timing {
+            Timing::Seconds(seconds) => Some(seconds),
+            _ => None,
+        });
+        rests.collect()
+    };
+    assert_eq!(rests("Q210=3"), [3.0, 3.0]);
+    assert!(rests("Q210=0").is_empty());
+    refused(&conversational(&drill(200, "Q395=1")), Dialect::Heidenhain, "Q395");
+    refused(&conversational(&drill(203, "Q208=Q5")), Dialect::Heidenhain, "from a Q parameter");
+    // Out as fast as can be.
+    let out = |more: &str| {
+        let found = heidenhain(&drill(203, more));
+        found.moves.iter().filter(|each| each.timing == Timing::Rapid).count()
+    };
+    assert_eq!(out("Q208= MAX"), out("Q208=99999"));
+    assert!(out("Q208= MAX") > out("Q208=500"));
+    let length = heidenhain("TOOL CALL 1 Z S6000 DL+5\nL X+30");
+    assert_eq!(told(&length, Code::ChangeIgnored), [5]);
+    // A label's name may hold the word for repeats.
+    let named = heidenhain("LBL \"REPEAT\"\nL IX+5\nCALL LBL \"REPEAT\" REP 2");
+    assert_eq!(named.moves.len(), 5);
+}
+
+/// A main block of Sinumerik begins with `:` for `N`.
+#[test]
+fn main_blocks_are_run() {
+    for (text, dialect) in [
+        (
+            "G71 G90 G17 G94\nS6000 M3\nG0 X0 Y0 Z50\n:20 G1 X50 Y40 F300 S7100 M3\nN30 X60",
+            Dialect::Sinumerik,
+        ),
+        (
+            ":1234\nG21 G90 G94\nS6000 M3\nG0 X0 Y0 Z50\n:20 G1 X50 Y40 F300 S7100 M3\nX60",
+            Dialect::GCode,
+        ),
+    ] {
+        let found = of(text, dialect);
+        assert_ends(&found, &[('L', [50.0, 40.0, 50.0]), ('L', [60.0, 40.0, 50.0])]);
+        assert_eq!(mm_per_min(&found), [300.0, 300.0]);
+        let speed = found.moves[0].stated.spindle;
+        assert_eq!(speed, Some(Spindle::Turns(Some(7100.0))));
+    }
+}
+
+/// G70 and G71 take feeds in the basic system, whatever G700 said before (SINUMERIK 802D sl,
+/// Programming and Operation, G70/G71/G700/G710).
+#[test]
+fn feeds_behind_g71_are_in_the_basic_system() {
+    let text = "G700 G90 G17 G94\nS6000 M3\nG0 X0 Y0 Z2\nG1 X1 F10\nG71\nX60 F600";
+    assert_eq!(mm_per_min(&of(text, Dialect::Sinumerik)), [254.0, 600.0]);
+}
+
+#[test]
+fn words_of_sinumerik() {
+    let text =
+        |block: &str| format!("G71 G90 G17 G94\nS6000 M3\nG0 X0 Y0 Z50\n{block}\nG1 X10 F300");
+    let reads = |block: &str| of(&text(block), Dialect::Sinumerik).moves.len();
+    assert_eq!(reads("FGROUP()"), 1);
+    assert_eq!(reads("FGROUP(X,Y,Z,A)"), 1);
+    refused(&text("FGROUP(X,Y)"), Dialect::Sinumerik, "FGROUP(X,Y)");
+    assert_eq!(reads("R1=2\nR4=(R1+5)*2\nG1 X=(R1+5)*3 F100"), 2);
+    let zero = "0,\"TC1\",0,57,0,0,0,0,0,0,0,0,0,1";
+    assert_eq!(reads(&format!("CYCLE800({zero})")), 1);
+    let tilted = "CYCLE800(0,\"TC1\",0,57,0,0,0,0,20,0,0,0,0,1)";
+    refused(&text(tilted), Dialect::Sinumerik, "CYCLE800 shifts or turns");
+    refused(&text("CYCLE800(0,\"TC1\",0,57)"), Dialect::Sinumerik, "CYCLE800 shifts or turns");
+    assert_eq!(reads("N40 PART_2:\nPART_3: G1 X5 F100"), 2);
+    refused(&text("IF R1==0 GOTOF PART_2"), Dialect::Sinumerik, "Sinumerik's");
+    refused(&text("REPEAT PART_2"), Dialect::Sinumerik, "REPEAT: Sinumerik's repeats");
+}
+
+const FRAME: &str = "UF : 1, UT : 1,		CONFIG : 'N U T, 0, 0, 0',";
+
+/// A TP program that starts at P[1], x = 0, with P[2] at x = 40; statements from line 6 on.
+fn tp(body: &str) -> String {
+    let position = |number: u32, x: u32| {
+        format!(
+            "P[{number}]{{\n   GP1:\n	{FRAME}\n	X = {x} mm,	Y = 0 mm,	Z = 60 mm,\n	\
+             W = 180 deg,	P = 0 deg,	R = 0 deg\n}};\n"
+        )
+    };
+    format!(
+        "/PROG T\n/MN\nUFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\nL P[1] 500mm/sec FINE ;\n{body}\n/POS\n{}{}/END\n",
+        position(1, 0),
+        position(2, 40)
+    )
+}
+
+fn framed(text: &str) -> Result<Program, Vec<Note>> {
+    let mut job = settings();
+    job.tool_frames.insert(1, nalgebra::Isometry3::identity());
+    job.base_frames.insert(1, nalgebra::Isometry3::identity());
+    let mut found = read(text.as_bytes(), Dialect::Fanuc, &job)?;
+    found.moves.remove(0);
+    Ok(found)
+}
+
+#[test]
+fn options_of_tp_motions() {
+    let found = framed(&tp(
+        "R[2]=50 ;\nL P[2] 10mm/sec CNT R[2] ACC R[2:share] ;\nL P[1] 10mm/sec CNT50 PSPD100 ;",
+    ));
+    assert_eq!(found.unwrap().moves.len(), 2);
+    for (option, said) in [
+        ("PSPD50", "changes the speed"),
+        ("PSPD200", "changes the speed"),
+        ("INC", "from the position before"),
+    ] {
+        let found = framed(&tp(&format!("L P[2] 10mm/sec FINE {option} ;"))).unwrap_err();
+        assert!(found[0].what.contains(said), "{found:?}");
+    }
+}
+
+#[test]
+fn jumps_back_that_are_no_endless_loop_are_run() {
+    let xs = |text: &str| -> (Vec<f64>, usize) {
+        let found = framed(&tp(text)).unwrap();
+        let xs = found.moves.iter().map(|each| super::support::end(each).1.translation.x * 1000.0);
+        (xs.map(f64::round).collect(), told(&found, Code::MotionLeftOut).len())
+    };
+    const OUT: &str = "L P[2] 10mm/sec FINE ;\nL P[1] 10mm/sec FINE ;";
+    // Back to what has not run.
+    let there = "JMP LBL[2] ;\nLBL[1] ;\nL P[1] 10mm/sec FINE ;\nJMP LBL[3] ;\nLBL[2] ;\n\
+                 L P[2] 10mm/sec FINE ;\nJMP LBL[1] ;\nLBL[3] ;\nL P[2] 20mm/sec FINE ;";
+    assert_eq!(xs(there).0, [40.0, 0.0, 40.0]);
+    // Three passes, counted.
+    let counted = format!(
+        "R[1]=0 ;\nLBL[1] ;\n{OUT}\nR[1]=R[1]+1 ;\nIF R[1]>=3,JMP LBL[9] ;\nJMP LBL[1] ;\nLBL[9] ;"
+    );
+    assert_eq!(xs(&counted), ([40.0, 0.0].repeat(3), 0));
+    // Parts that are counted in a loop that nothing leaves.
+    let endless = format!("LBL[1] ;\n{OUT}\nR[1]=R[1]+1 ;\nJMP LBL[1] ;");
+    assert_eq!(xs(&format!("R[1]=0 ;\n{endless}")), (vec![40.0, 0.0], 1));
+    // Nothing changes from pass to pass.
+    let same = format!("R[1]=0 ;\nLBL[1] ;\n{OUT}\nIF R[1]=3,JMP LBL[9] ;\nJMP LBL[1] ;\nLBL[9] ;");
+    assert_eq!(xs(&same), (vec![40.0, 0.0], 1));
+}
