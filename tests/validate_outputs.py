@@ -13,6 +13,7 @@ import json
 import re
 import subprocess
 import sys
+import tempfile
 import urllib.parse
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -137,7 +138,12 @@ def check_identifications(sessions):
 def check_diagnoses(robot, tables):
     diagnosis = schema_of("diagnosis")
     for table in tables:
-        output = json.loads(run("diagnose", robot, table, "--format", "json").stdout)
+        # Every other row: the output has the same form, in less than half the time.
+        header, *rows = [line for line in (ROOT / table).read_text().splitlines() if line[0] != "#"]
+        with tempfile.TemporaryDirectory() as folder:
+            few = Path(folder) / "few.csv"
+            few.write_text("\n".join([header, *rows[::2]]) + "\n")
+            output = json.loads(run("diagnose", robot, str(few), "--format", "json").stdout)
         must_hold(diagnosis, output, f"diagnose --format json {robot} {table}")
         broken = copy.deepcopy(output)
         broken["findings"][0]["parameters"][0]["ci95"] = [0, 1, 2]

@@ -86,9 +86,9 @@ fn causes(found: &Value) -> Vec<&str> {
 fn causes_that_depend_on_a_joint_that_is_not_stated_are_not_tested() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("t.csv");
-    let whole = std::fs::read_to_string("robots/two-link/measured.csv").unwrap();
-    let rows = whole.lines().filter(|line| !line.starts_with('#'));
-    let rows: String = rows.map(|row| format!("{}\n", row.split_once(',').unwrap().1)).collect();
+    let whole = program::every_other_row("measured.csv");
+    let rows = whole.lines().map(|row| format!("{}\n", row.split_once(',').unwrap().1));
+    let rows: String = rows.collect();
     std::fs::write(&table, rows).unwrap();
     let table = table.to_str().unwrap();
     let output = detune(&["diagnose", "robots/two-link", table, "--format", "json"]);
@@ -243,7 +243,9 @@ fn the_written_robot_is_what_check_uses() {
 fn the_same_table_twice_gives_the_same_robot() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let measured = std::fs::read_to_string("robots/two-link/measured.csv").unwrap();
+    let measured = program::every_other_row("measured.csv");
+    std::fs::create_dir(folder.path().join("before")).unwrap();
+    std::fs::write(path("before/measured.csv"), &measured).unwrap();
     std::fs::write(path("measured.csv"), format!("# again\r\n{}", measured.replace('\n', "\r\n")))
         .unwrap();
     let run = |robot: &str, table: &str, written: &str| -> (Value, String, String) {
@@ -254,7 +256,7 @@ fn the_same_table_twice_gives_the_same_robot() {
         (serde_json::from_slice(&output.stdout).unwrap(), err(&output).to_owned(), file)
     };
     let (mut first, told, once) =
-        run("robots/two-link", "robots/two-link/measured.csv", &path("a.yaml"));
+        run("robots/two-link", &path("before/measured.csv"), &path("a.yaml"));
     assert!(!told.contains("fitted"), "{told}");
     assert!(once.contains("\n  fitted_to: [\n    {file: measured.csv, digest: fnv1a-"), "{once}");
     let (mut second, told, twice) = run(&path("a.yaml"), &path("measured.csv"), &path("b.yaml"));
@@ -436,8 +438,10 @@ fn poses_beyond_limits_are_told() {
 /// The text fits a terminal of 100 columns.
 #[test]
 fn the_text_fits_a_hundred_columns() {
-    let measured = "robots/two-link/measured.csv";
-    let output = detune(&["diagnose", "robots/two-link", measured]);
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("measured.csv");
+    std::fs::write(&table, program::every_other_row("measured.csv")).unwrap();
+    let output = detune(&["diagnose", "robots/two-link", table.to_str().unwrap()]);
     let shown = out(&output);
     assert!(shown.starts_with("EXPLAINED") && shown.contains("\n     alternatives  "), "{shown}");
     let longest = shown.lines().max_by_key(|line| line.chars().count()).unwrap();
@@ -447,7 +451,10 @@ fn the_text_fits_a_hundred_columns() {
 /// A page holds its plots and nothing from elsewhere; the text says what to do next.
 #[test]
 fn the_page_stands_alone() {
-    let table = "robots/two-link/simulated.csv";
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("simulated.csv");
+    std::fs::write(&table, program::every_other_row("simulated.csv")).unwrap();
+    let table = table.to_str().unwrap();
     let output = detune(&["diagnose", "robots/two-link", table, "--format", "html"]);
     let page = out(&output);
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));

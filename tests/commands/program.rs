@@ -60,3 +60,12 @@ pub(crate) fn err(output: &Output) -> &str {
 pub(crate) fn json(output: &Output) -> Value {
     serde_json::from_str(out(output)).unwrap_or_else(|error| panic!("{error}: {}", err(output)))
 }
+
+/// Every other row of a table of the two-link arm, where all of them would tell a test no more.
+pub(crate) fn every_other_row(table: &str) -> String {
+    let whole = std::fs::read_to_string(repository().join("robots/two-link").join(table)).unwrap();
+    let mut rows = whole.lines().filter(|line| !line.starts_with('#'));
+    let header = rows.next().unwrap();
+    let rows = std::iter::once(header).chain(rows.step_by(2));
+    rows.map(|row| format!("{row}\n")).collect()
+}

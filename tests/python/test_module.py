@@ -93,8 +93,12 @@ def test_results_are_the_json_of_the_command(job, monkeypatch):
 def test_a_diagnosis_names_its_causes(monkeypatch, tmp_path):
     monkeypatch.chdir(ROOT)
     robot = detune.Robot("robots/two-link")
-    found = detune.diagnose(robot, "robots/two-link/measured.csv")
-    measured = "robots/two-link/measured.csv"
+    lines = pathlib.Path("robots/two-link/measured.csv").read_text().splitlines()
+    header, *rows = [line for line in lines if line[0] != "#"]
+    measured = tmp_path / "measured.csv"
+    # Every other row: the module and the command agree or not, in less than half the time.
+    measured.write_text("\n".join([header, *rows[::2]]) + "\n")
+    found = detune.diagnose(robot, measured)
     assert found.to_dict() == json.loads(command("diagnose", "robots/two-link", measured, "--format", "json"))
     assert found.findings[0].cause
     assert "calibration:" in found.calibrated_yaml
