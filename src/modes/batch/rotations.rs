@@ -87,7 +87,8 @@ fn small_angle<S: Simd>(
     limit: f64,
 ) -> (Lanes<S>, Mask<S>) {
     let d = aqq - app;
-    let (square, product) = (apq * apq, app * aqq);
+    // An eigenvalue that is zero may be a little less.
+    let (square, product) = (apq * apq, (app * aqq).abs());
     let weak = square.simd_le(product * splat(simd, limit * limit));
     let small = apq.abs().simd_le(d.abs() * splat(simd, limit));
     let nothing = square.simd_le(product * splat(simd, NEGLIGIBLE * NEGLIGIBLE));

@@ -388,8 +388,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// `JMP LBL[1]`: on from there. Back to where nothing has changed, or out of which nothing leads,
-    /// it is an endless loop, read once.
+    /// `JMP LBL[1]`: on from there. Back to where nothing has changed, or out of which nothing
+    /// leads, it is an endless loop, read once.
     fn jump(&mut self, text: &str, line: usize) -> Result<(), String> {
         let target = text.get(text.find("LBL").unwrap_or(0)..).unwrap_or("");
         let number = match register(target, "LBL") {

@@ -105,8 +105,8 @@ impl Machine<'_> {
                 let part = part.trim();
                 part.is_empty() || part.starts_with('"') || part.parse() == Ok(0.0)
             });
-            // CYCLE800 (_FR, _TC, _ST, _MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, …): modes apart, zero
-            // turns back to the plane as it was.
+            // CYCLE800 (_FR, _TC, _ST, _MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, …): modes apart,
+            // zero turns back to the plane as it was.
             let resets = match name {
                 "CYCLE800" => inside.trim().is_empty() || turns_nothing(inside),
                 _ => is_zero,

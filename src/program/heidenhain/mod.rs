@@ -1,9 +1,9 @@
 //! Heidenhain's conversational programs → motions, as milling posts write them.
 //!
 //! Read: L, CC with C and CP in planes of two axes, CR, LP, TOOL CALL, F, FMAX, M, drilling cycles
-//! 200, 201 and 203 with CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP. Errors: Q parameters in
-//! words, other cycles, planes and shifts of the work, rounded corners. The preset is the job's
-//! work object.
+//! 200, 201 and 203 with CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP.
+//! Errors: Q parameters in words, other cycles, planes and shifts of the work, rounded corners. The
+//! preset is the job's work object.
 
 mod block;
 mod cycle;
