@@ -196,9 +196,11 @@ pub(super) fn set(
             }
             log.spindle(line, Spindle::at(Some(rpm)));
         }
+        // It turns the other way round. A sign may stand outside of the span, so that the number is
+        // not one to be replaced.
         (Sets::Spindle, Ok(rpm)) => {
-            let what = format!("the spindle's speed is {rpm} rpm, must not be negative");
-            log.error(Code::Value, line, what);
+            log.states(line, None, States::Spindle { value: -rpm, rpm_per_unit: 1.0 });
+            log.spindle(line, Spindle::at(Some(-rpm)));
         }
         (Sets::Spindle, Err(why)) => {
             let what = format!("the spindle's speed is known only at run time: {why}");

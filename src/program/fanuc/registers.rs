@@ -36,6 +36,49 @@ pub(super) struct State {
     signals: HashMap<String, Assumed>,
 }
 
+/// What a condition asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Asked {
+    /// R[n].
+    Number(i64),
+    /// A flag or an output by its name.
+    Signal(String),
+    /// By an index that the run works out.
+    Any,
+}
+
+impl State {
+    /// Whether what is asked for is the same in another state.
+    pub(super) fn is_same(&self, other: &Self, asked: &[Asked]) -> bool {
+        asked.iter().all(|asked| match asked {
+            Asked::Number(number) => self.numbers.get(number) == other.numbers.get(number),
+            Asked::Signal(name) => self.signals.get(name) == other.signals.get(name),
+            Asked::Any => self == other,
+        })
+    }
+}
+
+/// What a statement asks for, if it decides: `IF R[1:parts]>=3 OR F[2],JMP LBL[9]`.
+pub(super) fn names_asked(text: &str) -> Vec<Asked> {
+    if !["IF", "SELECT", "WAIT"].iter().any(|own| starts_with(text, own)) {
+        return Vec::new();
+    }
+    let brackets = text.match_indices('[').map(|(at, _)| at);
+    let asked = brackets.filter_map(|at| {
+        let (before, behind) = (text.get(..at)?, text.get(at + 1..)?);
+        let letters = before.bytes().rev().take_while(u8::is_ascii_alphabetic).count();
+        let list = before.get(at - letters..)?;
+        let index = behind.split([':', ']']).next()?.trim();
+        Some(match (list, index.parse::<i64>()) {
+            ("LBL", _) => return None,
+            (_, Err(_)) => Asked::Any,
+            ("R", Ok(number)) => Asked::Number(number),
+            (list, Ok(number)) => Asked::Signal(format!("{list}[{number}]")),
+        })
+    });
+    asked.collect()
+}
+
 impl<'a> Registers<'a> {
     pub(super) fn new(settings: &'a Settings) -> Self {
         Self {

@@ -1,10 +1,13 @@
 //! Statements of TP programs in the order in which the controller would run them.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::RangeInclusive;
 
 use nalgebra::Isometry3;
 
-use super::registers::{Registers, State, outside, register, split_outside, starts_with};
+use super::registers::{
+    Asked, Registers, State, names_asked, outside, register, split_outside, starts_with,
+};
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
 use crate::program::Settings;
@@ -107,8 +110,8 @@ pub(super) struct Run<'a> {
     budget: usize,
     /// Labels that have run, with what was known there last.
     passed: HashMap<usize, State>,
-    /// By label and jump: whether something between leads out.
-    leads_out: HashMap<[usize; 2], bool>,
+    /// By label and jump: what conditions between ask for; `None` where nothing leads out.
+    asked: HashMap<[usize; 2], Option<Vec<Asked>>>,
     /// FOR loops: statement, register, last value, step.
     loops: Vec<(usize, i64, f64, f64)>,
     /// Registers that the program gives to what the job reads the spindle or the tool from.
@@ -134,7 +137,7 @@ impl<'a> Run<'a> {
             next: 0,
             budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             passed: HashMap::new(),
-            leads_out: HashMap::new(),
+            asked: HashMap::new(),
             loops: Vec::new(),
             given_on: HashSet::new(),
             analog: Analog::default(),
@@ -388,8 +391,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// `JMP LBL[1]`: on from there. Back to where nothing has changed, or out of which nothing
-    /// leads, it is an endless loop, read once.
+    /// `JMP LBL[1]`: on from there. An endless loop is read once.
     fn jump(&mut self, text: &str, line: usize) -> Result<(), String> {
         let target = text.get(text.find("LBL").unwrap_or(0)..).unwrap_or("");
         let number = match register(target, "LBL") {
@@ -407,10 +409,7 @@ impl<'a> Run<'a> {
         };
         let at = self.source.statements.iter().position(is_label);
         let at = at.ok_or_else(|| format!("LBL[{number}] is not in this program"))?;
-        let is_back = at < self.next && text.starts_with("JMP");
-        let stays = is_back && self.passed.contains_key(&at) && !self.may_leave(at);
-        let before = self.passed.get(&at).filter(|_| is_back);
-        if stays || before.is_some_and(|before| *before == self.registers.state()) {
+        if at < self.next && text.starts_with("JMP") && self.is_endless(at) {
             let what = "an endless loop: read once, without the move from its end back to its \
                         beginning";
             self.log.warning(Code::MotionLeftOut, line, what);
@@ -421,31 +420,19 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Whether something between a label and the jump that has just run leads out of there.
-    fn may_leave(&mut self, label: usize) -> bool {
-        let statements = &self.source.statements;
+    /// Whether the jump that has just run goes back to a label that has run for nothing: nothing
+    /// leads out of there, or nothing that conditions there ask for has changed.
+    fn is_endless(&mut self, label: usize) -> bool {
         let jump = self.next - 1;
-        if let Some(known) = self.leads_out.get(&[label, jump]) {
-            return *known;
-        }
-        let leads_out = |statement: &Statement| {
-            let text = statement.text.trim();
-            let target = text.find("JMP").and_then(|at| text.get(at..)).map(|behind| {
-                let own = behind.find("LBL").and_then(|at| behind.get(at..)).unwrap_or("");
-                let number = register(own, "LBL").map(|(number, _)| number);
-                statements.iter().position(|statement| {
-                    let label = register(statement.text.trim(), "LBL");
-                    label.is_some() && label.map(|(number, _)| number) == number
-                })
-            });
-            match target {
-                Some(target) => target.is_none_or(|at| !(label..=jump).contains(&at)),
-                None => matches!(text, "END" | "ABORT"),
-            }
-        };
-        let found = statements.get(label..jump).is_some_and(|body| body.iter().any(leads_out));
-        self.leads_out.insert([label, jump], found);
-        found
+        let Some(before) = self.passed.get(&label) else { return false };
+        let asked = self.asked.entry([label, jump]).or_insert_with(|| {
+            let statements = &self.source.statements;
+            let body = statements.get(label..jump).unwrap_or_default();
+            let leaves = body.iter().any(|own| leads_out(own, statements, label..=jump));
+            leaves.then(|| body.iter().flat_map(|own| names_asked(own.text.trim())).collect())
+        });
+        let now = self.registers.state();
+        asked.as_ref().is_none_or(|asked| before.is_same(&now, asked))
     }
 
     fn call(&mut self, text: &str, statement: &Statement) {
@@ -609,6 +596,20 @@ impl<'a> Run<'a> {
             self.next = start;
         }
     }
+}
+
+/// Whether a statement may leave a part of the program.
+fn leads_out(own: &Statement, all: &[Statement], part: RangeInclusive<usize>) -> bool {
+    let text = own.text.trim();
+    let Some(behind) = text.find("JMP").and_then(|at| text.get(at..)) else {
+        return matches!(text, "END" | "ABORT");
+    };
+    let label = |text: &str| register(text, "LBL").map(|(number, _)| number);
+    let target = behind.find("LBL").and_then(|at| label(behind.get(at..)?));
+    // A label by a register may be any.
+    let Some(target) = target else { return true };
+    let at = all.iter().position(|statement| label(statement.text.trim()) == Some(target));
+    at.is_none_or(|at| !part.contains(&at))
 }
 
 /// The signals in a condition: `DI[1:part]=ON AND !DO[2]`.

@@ -24,7 +24,8 @@ const G50: i64 = 500;
 struct Once {
     dwell: bool,
     reference: bool,
-    machine: bool,
+    /// G53 and the like, as written.
+    machine: Option<&'static str>,
     /// G10, G52, G92: axis words set something.
     sets: Option<i64>,
     macro_call: bool,
@@ -67,9 +68,10 @@ fn run_checked(
 ) -> Result<(), String> {
     let mut once = Once::default();
     for (name, inside) in &block.names {
-        match machine.name(line, name, inside, block.has_any(&AXES))? {
+        match machine.name(line, name, inside, block)? {
             Name::None => {}
-            Name::Machine => once.machine = true,
+            Name::Machine => once.machine = Some("SUPA"),
+            Name::Frame => return Ok(()),
             Name::Back => {
                 flow.back();
             }
@@ -189,7 +191,7 @@ fn modal(
         51 | 80 | 620 | 1030 | 1870 if !has_axes => {}
         50 if !has_axes && block.word(b'P').is_some() => {}
         434 if machine.rotary.is_named() => {}
-        530 | 1530 => once.machine = true,
+        530 | 1530 => once.machine = Some("G53"),
         541 | 1540 => {
             let offset = block.get('P').ok_or("G54.1 without P")?;
             machine.work_offset(line, NUMBERED + offset as i64);
@@ -323,9 +325,9 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         machine.no_corner()?;
         return machine.refer(line, block);
     }
-    if once.machine && has_axes {
+    if let Some(how) = once.machine.filter(|_| has_axes) {
         machine.no_corner()?;
-        machine.leave(line, block, "G53");
+        machine.leave(line, block, how);
         return Ok(());
     }
     if !(has_axes || has_cycle_words || full_turn) {

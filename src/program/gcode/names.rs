@@ -1,6 +1,7 @@
 //! Words of several letters, as Sinumerik and others have them: which may be left out.
 
-use super::state::Machine;
+use super::block::Block;
+use super::state::{AXES, Machine};
 
 /// Words without motion of their own and without effect on later motion.
 const HARMLESS: [&str; 38] = [
@@ -58,6 +59,8 @@ pub(super) enum Name {
     Machine,
     /// The subprogram ends.
     Back,
+    /// The block's axes are those of a frame that shifts and turns nothing.
+    Frame,
 }
 
 impl Machine<'_> {
@@ -66,7 +69,7 @@ impl Machine<'_> {
         line: usize,
         name: &str,
         inside: &str,
-        has_axes: bool,
+        block: &Block,
     ) -> Result<Name, String> {
         if name == "SUPA" {
             return Ok(Name::Machine);
@@ -111,8 +114,13 @@ impl Machine<'_> {
                 "CYCLE800" => inside.trim().is_empty() || turns_nothing(inside),
                 _ => is_zero,
             };
-            if resets && !has_axes {
-                return Ok(Name::None);
+            // Factors are 1 where they change nothing, and a mirror names axes alone.
+            let by_zero = ["TRANS", "ATRANS", "ROT", "AROT"].contains(&name);
+            let zeros = || block.words.iter().all(|word| word.letter == b'N' || word.value == 0.0);
+            match block.has_any(&AXES) {
+                false if resets => return Ok(Name::None),
+                true if resets && by_zero && zeros() => return Ok(Name::Frame),
+                _ => {}
             }
             return Err(format!("{name} shifts or turns the work and is not supported"));
         }

@@ -181,10 +181,10 @@ impl<'a> Interpreter<'a> {
             Scope::Routine => {
                 self.frames.last().and_then(|frame| frame.get(key)).map(|datum| &datum.value)
             }
-            Scope::Module => match self.globals.get(key) {
+            Scope::Module => self.trapped.get(key).or(match self.globals.get(key) {
                 Some(Global::Known(value)) => Some(value),
                 _ => None,
-            },
+            }),
         }
     }
 

@@ -70,6 +70,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) analog: Analog,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
+    /// Data of the module that traps set, with what the job assumes of them.
+    pub(super) trapped: HashMap<&'a str, Value>,
     /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
     pub(super) gripped: Result<Option<Load>, String>,
 }
@@ -101,6 +103,7 @@ impl<'a> Interpreter<'a> {
             timed: Timed::of(file),
             given_on: HashSet::new(),
             analog: Analog::default(),
+            trapped: HashMap::new(),
             gripped: Ok(None),
         }
     }

@@ -5,7 +5,9 @@ use std::collections::HashSet;
 
 use super::instructions::{displaces, is_ignored, is_own_function, motion, sounds_like_motion};
 use super::interpreter::Interpreter;
-use super::syntax::{Block, What};
+use super::run::Effect;
+use super::syntax::{Block, Name, Trap, What};
+use super::value::Value;
 use super::walk::{blocks_in, functions_in};
 use crate::notes::Code;
 
@@ -33,7 +35,10 @@ impl<'a> Interpreter<'a> {
         for trap in &self.file.traps {
             let line = if trap.file.is_none() { trap.line } else { 1 };
             self.doubt_open(line, &[&trap.body]);
-            let Some(unread) = self.unread(&trap.body) else { continue };
+            let Some(unread) = self.unread(&trap.body) else {
+                self.keep_open(trap);
+                continue;
+            };
             let what = format!("a TRAP {unread} when its interrupt comes: this is not read");
             match &trap.file {
                 None => self.log.warning(Code::MotionLeftOut, trap.line, what),
@@ -42,6 +47,28 @@ impl<'a> Interpreter<'a> {
                     self.log.warning(Code::MotionLeftOut, 1, what);
                 }
             }
+        }
+    }
+
+    /// What a trap sets may have its value at any time.
+    fn keep_open(&mut self, trap: &'a Trap) {
+        let Effect::Data(names) = self.effect(&trap.body, true, &mut HashSet::new()) else {
+            return;
+        };
+        let is_own = |name: &Name| {
+            trap.body.iter().any(|statement| match &statement.what {
+                What::Declare(declaration) => declaration.name.key == name.key,
+                _ => false,
+            })
+        };
+        let of_module = |name: &&Name| self.file.data.contains_key(&name.key) && !is_own(name);
+        for name in names.into_iter().filter(of_module).collect::<Vec<_>>() {
+            let assumed = self.settings.assume.get(&name.key).map(|own| Value::from(*own));
+            let value = assumed.unwrap_or_else(|| {
+                let what = "a TRAP sets it when its interrupt comes: known only at run time";
+                Value::unknown(format!("'{}': {what}", name.shown))
+            });
+            self.trapped.insert(&name.key, value);
         }
     }
 

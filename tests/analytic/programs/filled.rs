@@ -2,7 +2,10 @@
 //! basic package makes of a speed.
 
 use detune::notes::Code;
-use detune::program::{Assumed, Companion, Dialect, Program, Settings, read};
+use detune::program::{
+    Assumed, Companion, Dialect, NewSpeed, Program, Rewrite, SetBy, Setter, Settings, Spindle,
+    read, rewrite,
+};
 
 use super::support::settings;
 
@@ -154,4 +157,47 @@ fn what_may_be_filled_in_is_not_known_either() {
         let faults = krl("", &body).unwrap_err().join("\n");
         assert!(faults.contains("about motion at run time"), "{fills}: {faults}");
     }
+}
+
+/// A trap sets data whenever its interrupt comes; what it has for itself is its own.
+#[test]
+fn what_traps_set_is_known_only_at_run_time() {
+    let text = |of_trap: &str, asked: &str| {
+        format!(
+            "MODULE M\nVAR intnum i1;\nVAR num n:=1;\nVAR bool late:=FALSE;\n\
+             CONST robtarget p0:=[[0,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+             PROC main()\nCONNECT i1 WITH tStop;\nISignalDI di1,1,i1;\nn:=1;\n\
+             MoveL p0,v100,fine,tool0;\nIF {asked} THEN MoveL Offs(p0,0,200,0),v20,fine,tool0; ENDIF\n\
+             MoveL Offs(p0,100,0,0),v100,fine,tool0;\nENDPROC\n\
+             PROC mark()\nlate:=TRUE;\nENDPROC\nTRAP tStop\n{of_trap}\nENDTRAP\nENDMODULE\n"
+        )
+    };
+    let of = |of_trap: &str, asked: &str, assume: &[(&str, Assumed)]| {
+        let assume = assume.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        read(text(of_trap, asked).as_bytes(), Dialect::Rapid, &Settings { assume, ..settings() })
+    };
+    for (of_trap, asked) in [("n:=2;", "n=2"), ("mark;", "late"), ("Incr n;", "n=2")] {
+        let faults = of(of_trap, asked, &[]).unwrap_err();
+        assert!(faults[0].what.contains("a TRAP sets it"), "{faults:?}");
+    }
+    assert_eq!(of("n:=2;", "n=2", &[("n", Assumed::Number(2.0))]).unwrap().moves.len(), 3);
+    assert_eq!(of("n:=2;", "late", &[]).unwrap().moves.len(), 2);
+    assert_eq!(of("VAR num n;\nn:=2;", "n=2", &[]).unwrap().moves.len(), 2);
+}
+
+/// A speed with a sign turns the spindle the other way round.
+#[test]
+fn a_spindle_that_turns_the_other_way_has_its_speed() {
+    let what = Setter::Signal("ao_spindle".to_owned());
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
+    let text = "MODULE M\nCONST robtarget p0:=[[0,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+                PROC main()\nMoveL p0,v100,fine,tool0;\nSetAO ao_spindle,-6000;\n\
+                MoveL Offs(p0,100,0,0),v100,fine,tool0;\nENDPROC\nENDMODULE\n";
+    let found = read(text.as_bytes(), Dialect::Rapid, &job).unwrap();
+    assert_eq!(found.moves[1].stated.spindle, Some(Spindle::Turns(Some(6000.0))));
+    // The sign is not the number's: it is not written anew.
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 900.0, old_rpm: 6000.0 }];
+    let to = Rewrite { speeds, keeps_chip_load: false };
+    let why = rewrite(text.as_bytes(), Dialect::Rapid, &job, &to).unwrap_err();
+    assert!(why.what.contains("not rewritten"), "{why:?}");
 }

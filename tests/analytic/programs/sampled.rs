@@ -227,6 +227,9 @@ fn words_of_sinumerik() {
     refused(&text(tilted), Dialect::Sinumerik, "CYCLE800 shifts or turns");
     refused(&text("CYCLE800(0,\"TC1\",0,57)"), Dialect::Sinumerik, "CYCLE800 shifts or turns");
     assert_eq!(reads("N40 PART_2:\nPART_3: G1 X5 F100"), 2);
+    assert_eq!(reads("TRANS X0 Y0 Z0\nAROT Z0"), 1);
+    refused(&text("TRANS X0 Y5"), Dialect::Sinumerik, "TRANS shifts or turns");
+    refused(&text("SCALE X0"), Dialect::Sinumerik, "SCALE shifts or turns");
     refused(&text("IF R1==0 GOTOF PART_2"), Dialect::Sinumerik, "Sinumerik's");
     refused(&text("REPEAT PART_2"), Dialect::Sinumerik, "REPEAT: Sinumerik's repeats");
 }
@@ -293,6 +296,11 @@ fn jumps_back_that_are_no_endless_loop_are_run() {
     // Parts that are counted in a loop that nothing leaves.
     let endless = format!("LBL[1] ;\n{OUT}\nR[1]=R[1]+1 ;\nJMP LBL[1] ;");
     assert_eq!(xs(&format!("R[1]=0 ;\n{endless}")), (vec![40.0, 0.0], 1));
+    // Parts are counted, and what would end it does not come.
+    let waits = format!(
+        "R[1]=0 ;\nF[1]=(OFF) ;\nLBL[1] ;\nIF F[1]=ON,JMP LBL[9] ;\n{OUT}\nR[1]=R[1]+1 ;\nJMP LBL[1] ;\nLBL[9] ;"
+    );
+    assert_eq!(xs(&waits), (vec![40.0, 0.0], 1));
     // Nothing changes from pass to pass.
     let same = format!("R[1]=0 ;\nLBL[1] ;\n{OUT}\nIF R[1]=3,JMP LBL[9] ;\nJMP LBL[1] ;\nLBL[9] ;");
     assert_eq!(xs(&same), (vec![40.0, 0.0], 1));
