@@ -112,6 +112,8 @@ pub(super) struct Run<'a> {
     passed: HashMap<usize, State>,
     /// By label and jump: what conditions between ask for; `None` where nothing leads out.
     asked: HashMap<[usize; 2], Option<Vec<Asked>>>,
+    /// Statements with labels, by number.
+    labels: HashMap<i64, usize>,
     /// FOR loops: statement, register, last value, step.
     loops: Vec<(usize, i64, f64, f64)>,
     /// Registers that the program gives to what the job reads the spindle or the tool from.
@@ -137,6 +139,7 @@ impl<'a> Run<'a> {
             next: 0,
             budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             passed: HashMap::new(),
+            labels: labels(&source.statements),
             asked: HashMap::new(),
             loops: Vec::new(),
             given_on: HashSet::new(),
@@ -404,11 +407,11 @@ impl<'a> Run<'a> {
                 if value.fract() == 0.0 { value as i64 } else { -1 }
             }
         };
-        let is_label = |statement: &Statement| {
-            register(statement.text.trim(), "LBL").is_some_and(|(own, _)| own == number)
-        };
-        let at = self.source.statements.iter().position(is_label);
+        let at = self.labels.get(&number).copied();
         let at = at.ok_or_else(|| format!("LBL[{number}] is not in this program"))?;
+        // A loop that is left is over.
+        let statements = &self.source.statements;
+        self.loops.retain(|(start, ..)| (*start..end_of_loop(statements, *start)).contains(&at));
         if at < self.next && text.starts_with("JMP") && self.is_endless(at) {
             let what = "an endless loop: read once, without the move from its end back to its \
                         beginning";
@@ -426,9 +429,9 @@ impl<'a> Run<'a> {
         let jump = self.next - 1;
         let Some(before) = self.passed.get(&label) else { return false };
         let asked = self.asked.entry([label, jump]).or_insert_with(|| {
-            let statements = &self.source.statements;
-            let body = statements.get(label..jump).unwrap_or_default();
-            let leaves = body.iter().any(|own| leads_out(own, statements, label..=jump));
+            let body = self.source.statements.get(label..jump).unwrap_or_default();
+            let leaves = is_in_branch(body)
+                || body.iter().any(|own| leads_out(own, &self.labels, label..=jump));
             leaves.then(|| body.iter().flat_map(|own| names_asked(own.text.trim())).collect())
         });
         let now = self.registers.state();
@@ -599,17 +602,53 @@ impl<'a> Run<'a> {
 }
 
 /// Whether a statement may leave a part of the program.
-fn leads_out(own: &Statement, all: &[Statement], part: RangeInclusive<usize>) -> bool {
+fn leads_out(own: &Statement, labels: &HashMap<i64, usize>, part: RangeInclusive<usize>) -> bool {
     let text = own.text.trim();
     let Some(behind) = text.find("JMP").and_then(|at| text.get(at..)) else {
         return matches!(text, "END" | "ABORT");
     };
-    let label = |text: &str| register(text, "LBL").map(|(number, _)| number);
-    let target = behind.find("LBL").and_then(|at| label(behind.get(at..)?));
+    let target = behind.find("LBL").and_then(|at| register(behind.get(at..)?, "LBL"));
     // A label by a register may be any.
-    let Some(target) = target else { return true };
-    let at = all.iter().position(|statement| label(statement.text.trim()) == Some(target));
-    at.is_none_or(|at| !part.contains(&at))
+    let at = target.and_then(|(number, _)| labels.get(&number));
+    at.is_none_or(|at| !part.contains(at))
+}
+
+/// Whether what follows stands in a branch that statements have begun: another may go on behind it.
+fn is_in_branch(statements: &[Statement]) -> bool {
+    let mut depth = 0_usize;
+    for statement in statements {
+        match statement.text.trim() {
+            text if starts_with(text, "IF") && text.ends_with("THEN") => depth += 1,
+            "ENDIF" => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+    }
+    depth > 0
+}
+
+/// The ENDFOR of a loop whose first statement is at `start`.
+fn end_of_loop(statements: &[Statement], start: usize) -> usize {
+    let mut depth = 0_usize;
+    for (index, statement) in statements.iter().enumerate().skip(start) {
+        match statement.text.trim() {
+            "ENDFOR" if depth == 0 => return index,
+            "ENDFOR" => depth -= 1,
+            text if starts_with(text, "FOR ") => depth += 1,
+            _ => {}
+        }
+    }
+    statements.len()
+}
+
+/// Labels by their numbers, the first of each.
+fn labels(statements: &[Statement]) -> HashMap<i64, usize> {
+    let mut found = HashMap::new();
+    for (index, statement) in statements.iter().enumerate() {
+        if let Some((number, _)) = register(statement.text.trim(), "LBL") {
+            found.entry(number).or_insert(index);
+        }
+    }
+    found
 }
 
 /// The signals in a condition: `DI[1:part]=ON AND !DO[2]`.

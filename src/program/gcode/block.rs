@@ -68,6 +68,11 @@ impl Block {
         codes.map(|word| (word.value * 10.0).round() as i64)
     }
 
+    /// Whether it holds one name so far, behind its number.
+    fn is_label(&self) -> bool {
+        self.names.len() == 1 && self.words.iter().all(|word| word.letter == b'N')
+    }
+
     fn clear(&mut self) {
         self.words.clear();
         self.names.clear();
@@ -116,7 +121,7 @@ pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> R
             b'#' => lexer.assignment(block)?,
             b',' => lexer.corner(block)?,
             // A label; what jumps to it is refused.
-            b':' if block.names.len() == 1 => {
+            b':' if lexer.is_behind_name() && block.is_label() => {
                 block.names.clear();
                 lexer.at += 1;
             }
@@ -136,6 +141,11 @@ struct Lexer<'t> {
 impl<'t> Lexer<'t> {
     fn byte(&self) -> Option<u8> {
         self.bytes.get(self.at).copied()
+    }
+
+    fn is_behind_name(&self) -> bool {
+        let before = self.at.checked_sub(1).and_then(|at| self.bytes.get(at));
+        before.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_')
     }
 
     fn char(&self) -> char {

@@ -221,8 +221,14 @@ impl<'t> Flow<'t> {
         }
         let kept = locals.map(|locals| self.parameters.enter(locals));
         self.calls.push(Call { back: self.next, head, repeats, kept });
-        self.next = head + 1;
+        self.next = self.behind_head(head);
         Ok(())
+    }
+
+    /// The first line of a program; behind `:20` there may be words on the line of its head.
+    fn behind_head(&self, head: usize) -> usize {
+        let has_words = self.lines.get(head).is_some_and(|(_, own)| stripped(own).starts_with(':'));
+        if has_words { head } else { head + 1 }
     }
 
     /// Whether the line directs the flow; then it is done.

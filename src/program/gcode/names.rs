@@ -1,6 +1,6 @@
 //! Words of several letters, as Sinumerik and others have them: which may be left out.
 
-use super::block::Block;
+use super::block::{Block, Word};
 use super::state::{AXES, Machine};
 
 /// Words without motion of their own and without effect on later motion.
@@ -87,8 +87,10 @@ impl Machine<'_> {
         }
         if name == "FGROUP" {
             // The axes whose way the feed is along; none: those of the machine.
-            let is_along = |axis: &str| inside.split(',').any(|own| own.trim() == axis);
-            let is_usual = inside.trim().is_empty() || ["X", "Y", "Z"].into_iter().all(is_along);
+            let mut axes: Vec<String> =
+                inside.split(',').map(|own| own.trim().to_ascii_uppercase()).collect();
+            axes.sort();
+            let is_usual = inside.trim().is_empty() || axes == ["X", "Y", "Z"];
             let what = format!("FGROUP({inside}): the feed along other axes is not supported");
             return if is_usual { Ok(Name::None) } else { Err(what) };
         }
@@ -116,7 +118,10 @@ impl Machine<'_> {
             };
             // Factors are 1 where they change nothing, and a mirror names axes alone.
             let by_zero = ["TRANS", "ATRANS", "ROT", "AROT"].contains(&name);
-            let zeros = || block.words.iter().all(|word| word.letter == b'N' || word.value == 0.0);
+            let zeros = || {
+                let is_zero = |word: &Word| AXES.contains(&word.letter) && word.value == 0.0;
+                block.words.iter().all(|word| word.letter == b'N' || is_zero(word))
+            };
             match block.has_any(&AXES) {
                 false if resets => return Ok(Name::None),
                 true if resets && by_zero && zeros() => return Ok(Name::Frame),

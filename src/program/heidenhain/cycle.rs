@@ -77,7 +77,10 @@ impl Reader<'_, '_> {
             }
             let value = match (word.value, block.name(index + 1)) {
                 (Some(value), _) => value,
-                (None, "MAX" | "FMAX") => FMAX_MM_PER_MIN,
+                (None, "MAX" | "FMAX") if word.name != "Q206" => FMAX_MM_PER_MIN,
+                (None, "MAX" | "FMAX") => {
+                    return Err("Q206: a feed of MAX into the work is not supported".to_owned());
+                }
                 (None, "AUTO" | "FAUTO") => match self.feed_of_tool {
                     Some(Feed { kind: FeedKind::PerMinute, value: Some(mm) }) => {
                         mm / self.mm_per_min(1.0)

@@ -534,7 +534,8 @@ impl<'a, 't> Reader<'a, 't> {
 fn without_handwheel<'t>(block: &Block<'t>) -> Option<Block<'t>> {
     let is_code = |word: &Word<'_>| word.name == "M";
     let at = block.words.iter().position(|word| is_code(word) && word.value == Some(118.0))?;
-    let limits = block.words[at + 1..].iter().take_while(|word| !is_code(word));
+    let is_axis = |word: &&Word<'_>| ["X", "Y", "Z", "A", "B", "C"].contains(&word.name);
+    let limits = block.words[at + 1..].iter().take_while(is_axis);
     let behind = at + 1 + limits.count();
     let words = block.words[..at].iter().chain(&block.words[behind..]).copied().collect();
     Some(Block { words, quoted: block.quoted })

@@ -18,7 +18,7 @@ const GRIP: &str = "gripload";
 const DEPENDS: &str = " depends on a condition: ";
 
 /// What a block would change if it ran.
-pub(super) enum Effect<'a> {
+enum Effect<'a> {
     /// Data alone.
     Data(Vec<&'a Name>),
     /// Motion, or which statements run.
@@ -200,12 +200,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// `is_called`: of a routine, which RETURN ends alone; `seen`: routines counted already.
-    pub(super) fn effect(
-        &self,
-        block: &'a Block,
-        is_called: bool,
-        seen: &mut HashSet<&'a str>,
-    ) -> Effect<'a> {
+    fn effect(&self, block: &'a Block, is_called: bool, seen: &mut HashSet<&'a str>) -> Effect<'a> {
         let effect = |statement: &'a Statement| {
             let what = &statement.what;
             let asked = self.effect_of_functions(functions_in(what), seen);

@@ -3,12 +3,12 @@
 
 use std::collections::HashSet;
 
+use super::filled::filled;
 use super::instructions::{displaces, is_ignored, is_own_function, motion, sounds_like_motion};
 use super::interpreter::Interpreter;
-use super::run::Effect;
-use super::syntax::{Block, Name, Trap, What};
+use super::syntax::{Args, Block, Expr, Name, Parameter, Routine, Trap, What};
 use super::value::Value;
-use super::walk::{blocks_in, functions_in};
+use super::walk::{blocks_in, functions_in, names_in, statements_in};
 use crate::notes::Code;
 
 /// Instructions that traps use and that neither move nor change later motion.
@@ -35,10 +35,8 @@ impl<'a> Interpreter<'a> {
         for trap in &self.file.traps {
             let line = if trap.file.is_none() { trap.line } else { 1 };
             self.doubt_open(line, &[&trap.body]);
-            let Some(unread) = self.unread(&trap.body) else {
-                self.keep_open(trap);
-                continue;
-            };
+            self.keep_open(trap);
+            let Some(unread) = self.unread(&trap.body) else { continue };
             let what = format!("a TRAP {unread} when its interrupt comes: this is not read");
             match &trap.file {
                 None => self.log.warning(Code::MotionLeftOut, trap.line, what),
@@ -50,26 +48,64 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// What a trap sets may have its value at any time.
+    /// What a trap sets, itself or by what it calls, may have its value at any time.
     fn keep_open(&mut self, trap: &'a Trap) {
-        let Effect::Data(names) = self.effect(&trap.body, true, &mut HashSet::new()) else {
-            return;
-        };
-        let is_own = |name: &Name| {
-            trap.body.iter().any(|statement| match &statement.what {
-                What::Declare(declaration) => declaration.name.key == name.key,
-                _ => false,
-            })
-        };
-        let of_module = |name: &&Name| self.file.data.contains_key(&name.key) && !is_own(name);
-        for name in names.into_iter().filter(of_module).collect::<Vec<_>>() {
-            let assumed = self.settings.assume.get(&name.key).map(|own| Value::from(*own));
-            let value = assumed.unwrap_or_else(|| {
-                let what = "a TRAP sets it when its interrupt comes: known only at run time";
-                Value::unknown(format!("'{}': {what}", name.shown))
-            });
-            self.trapped.insert(&name.key, value);
+        let mut seen: HashSet<&str> = HashSet::new();
+        let mut open: Vec<(&'a Block, &'a [Parameter])> = vec![(&trap.body, &[])];
+        while let Some((body, parameters)) = open.pop() {
+            let statements = || statements_in(std::iter::once(body));
+            let own: HashSet<&str> = statements()
+                .filter_map(|what| match what {
+                    What::Declare(declaration) => Some(&declaration.name),
+                    _ => None,
+                })
+                .chain(parameters.iter().map(|parameter| &parameter.name))
+                .map(|name| name.key.as_str())
+                .collect();
+            for what in statements() {
+                let mut set: Vec<&'a Name> = Vec::new();
+                match what {
+                    What::Assign(path, _) => set.push(&path.name),
+                    What::Call(name, args) => {
+                        if let Some(routine) = self.file.procedures.get(&name.key) {
+                            set.extend(reached(routine, args));
+                            if seen.insert(&name.key) {
+                                open.push((&routine.body, &routine.parameters));
+                            }
+                        } else if matches!(name.key.as_str(), "incr" | "decr" | "add" | "clear") {
+                            set.extend(names_in(args.positional.iter().take(1).collect()));
+                        }
+                        set.extend(filled(name, args).into_iter().map(|path| &path.name));
+                    }
+                    _ => {}
+                }
+                for (name, args) in functions_in(what) {
+                    if let Some(routine) = self.file.functions.get(&name.key) {
+                        set.extend(reached(routine, args));
+                        if seen.insert(&name.key) {
+                            open.push((&routine.body, &routine.parameters));
+                        }
+                    }
+                    set.extend(filled(name, args).into_iter().map(|path| &path.name));
+                }
+                for name in set.into_iter().filter(|name| !own.contains(name.key.as_str())) {
+                    self.trap(name);
+                }
+            }
         }
+    }
+
+    /// A datum of the module that a trap sets.
+    fn trap(&mut self, name: &'a Name) {
+        if !self.file.data.contains_key(&name.key) {
+            return;
+        }
+        let assumed = self.settings.assume.get(&name.key).map(|own| Value::from(*own));
+        let value = assumed.unwrap_or_else(|| {
+            let what = "a TRAP sets it when its interrupt comes: known only at run time";
+            Value::unknown(format!("'{}': {what}", name.shown))
+        });
+        self.trapped.insert(&name.key, value);
     }
 
     /// What of a block and all that it calls moves, or changes how the robot moves.
@@ -109,4 +145,15 @@ impl<'a> Interpreter<'a> {
         }
         None
     }
+}
+
+/// The data that a call gives to parameters by which they may be set.
+fn reached<'a>(routine: &'a Routine, args: &'a Args) -> Vec<&'a Name> {
+    let required = routine.parameters.iter().filter(|parameter| !parameter.optional);
+    let both = required.zip(&args.positional).filter(|(parameter, _)| parameter.by_reference);
+    both.filter_map(|(_, expr)| match expr {
+        Expr::Ref(path) => Some(&path.name),
+        _ => None,
+    })
+    .collect()
 }

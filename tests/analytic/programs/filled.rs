@@ -176,7 +176,16 @@ fn what_traps_set_is_known_only_at_run_time() {
         let assume = assume.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
         read(text(of_trap, asked).as_bytes(), Dialect::Rapid, &Settings { assume, ..settings() })
     };
-    for (of_trap, asked) in [("n:=2;", "n=2"), ("mark;", "late"), ("Incr n;", "n=2")] {
+    for (of_trap, asked) in [
+        ("n:=2;", "n=2"),
+        ("mark;", "late"),
+        ("Incr n;", "n=2"),
+        // What the trap does besides says nothing of that.
+        ("StorePath;\nn:=2;\nRestoPath;", "n=2"),
+        ("IF n>3 RAISE 3;\nn:=2;", "n=2"),
+        // The trap's own of that name is another than the routine's.
+        ("VAR bool late;\nmark;\nlate:=FALSE;", "late"),
+    ] {
         let faults = of(of_trap, asked, &[]).unwrap_err();
         assert!(faults[0].what.contains("a TRAP sets it"), "{faults:?}");
     }

@@ -116,6 +116,8 @@ fn what_stands_behind_m118_is_no_place() {
     );
     // Behind it, that rapid moves run at an assumed speed.
     assert_eq!(told(&found, Code::Assumed)[0], 5);
+    let feed = heidenhain("L Y+5 M118 X1 Y1 F300");
+    assert_eq!(mm_per_min(&feed)[1], 300.0);
 }
 
 #[test]
@@ -169,6 +171,8 @@ fn words_of_drilling_cycles() {
     assert!(rests("Q210=0").is_empty());
     refused(&conversational(&drill(200, "Q395=1")), Dialect::Heidenhain, "Q395");
     refused(&conversational(&drill(203, "Q208=Q5")), Dialect::Heidenhain, "from a Q parameter");
+    let plunge = drill(200, "Q210=0").replace("Q206=300", "Q206=MAX");
+    refused(&conversational(&plunge), Dialect::Heidenhain, "feed of MAX into the work");
     // Out as fast as can be.
     let out = |more: &str| {
         let found = heidenhain(&drill(203, more));
@@ -204,6 +208,24 @@ fn main_blocks_are_run() {
     }
 }
 
+/// A main block may be called, too, with the words on its line.
+#[test]
+fn a_main_block_is_called_whole() {
+    let text = "%\n:1000\nG21 G90 G17 G94\nS6000 M3\nG0 X0 Y0 Z50\nG1 X5 F600\nM98 P20\nX30\nM30\n\
+                :20 G1 Y10\nX20\nM99\n%\n";
+    let found = read(text.as_bytes(), Dialect::GCode, &settings()).unwrap();
+    assert_ends(
+        &found,
+        &[
+            ('L', [0.0, 0.0, 50.0]),
+            ('L', [5.0, 0.0, 50.0]),
+            ('L', [5.0, 10.0, 50.0]),
+            ('L', [20.0, 10.0, 50.0]),
+            ('L', [30.0, 10.0, 50.0]),
+        ],
+    );
+}
+
 /// G70 and G71 take feeds in the basic system, whatever G700 said before (SINUMERIK 802D sl,
 /// Programming and Operation, G70/G71/G700/G710).
 #[test]
@@ -218,7 +240,8 @@ fn words_of_sinumerik() {
         |block: &str| format!("G71 G90 G17 G94\nS6000 M3\nG0 X0 Y0 Z50\n{block}\nG1 X10 F300");
     let reads = |block: &str| of(&text(block), Dialect::Sinumerik).moves.len();
     assert_eq!(reads("FGROUP()"), 1);
-    assert_eq!(reads("FGROUP(X,Y,Z,A)"), 1);
+    assert_eq!(reads("FGROUP(x, y, z)"), 1);
+    refused(&text("FGROUP(X,Y,Z,A)"), Dialect::Sinumerik, "FGROUP(X,Y,Z,A)");
     refused(&text("FGROUP(X,Y)"), Dialect::Sinumerik, "FGROUP(X,Y)");
     assert_eq!(reads("R1=2\nR4=(R1+5)*2\nG1 X=(R1+5)*3 F100"), 2);
     let zero = "0,\"TC1\",0,57,0,0,0,0,0,0,0,0,0,1";
@@ -229,6 +252,8 @@ fn words_of_sinumerik() {
     assert_eq!(reads("N40 PART_2:\nPART_3: G1 X5 F100"), 2);
     assert_eq!(reads("TRANS X0 Y0 Z0\nAROT Z0"), 1);
     refused(&text("TRANS X0 Y5"), Dialect::Sinumerik, "TRANS shifts or turns");
+    refused(&text("TRANS X0 Y0 G0"), Dialect::Sinumerik, "TRANS shifts or turns");
+    refused(&text("TRANS X0 Y0 Z50 :"), Dialect::Sinumerik, "not understood");
     refused(&text("SCALE X0"), Dialect::Sinumerik, "SCALE shifts or turns");
     refused(&text("IF R1==0 GOTOF PART_2"), Dialect::Sinumerik, "Sinumerik's");
     refused(&text("REPEAT PART_2"), Dialect::Sinumerik, "REPEAT: Sinumerik's repeats");
@@ -301,6 +326,16 @@ fn jumps_back_that_are_no_endless_loop_are_run() {
         "R[1]=0 ;\nF[1]=(OFF) ;\nLBL[1] ;\nIF F[1]=ON,JMP LBL[9] ;\n{OUT}\nR[1]=R[1]+1 ;\nJMP LBL[1] ;\nLBL[9] ;"
     );
     assert_eq!(xs(&waits), (vec![40.0, 0.0], 1));
+    // While a condition holds that stands around the jump.
+    let holds = format!(
+        "R[1]=0 ;\nLBL[1] ;\nIF (R[1]<3) THEN ;\n{OUT}\nR[1]=R[1]+1 ;\nJMP LBL[1] ;\nENDIF ;"
+    );
+    assert_eq!(xs(&holds), ([40.0, 0.0].repeat(3), 0));
+    // A FOR that a jump leaves is over: the next ENDFOR is the outer one's.
+    let nested = format!(
+        "FOR R[1]=1 TO 2 ;\nFOR R[2]=1 TO 3 ;\n{OUT}\nIF R[2]=1,JMP LBL[5] ;\nENDFOR ;\nLBL[5] ;\nENDFOR ;"
+    );
+    assert_eq!(xs(&nested), ([40.0, 0.0].repeat(2), 0));
     // Nothing changes from pass to pass.
     let same = format!("R[1]=0 ;\nLBL[1] ;\n{OUT}\nIF R[1]=3,JMP LBL[9] ;\nJMP LBL[1] ;\nLBL[9] ;");
     assert_eq!(xs(&same), (vec![40.0, 0.0], 1));
