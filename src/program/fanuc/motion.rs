@@ -328,17 +328,17 @@ impl Run<'_> {
                 self.bends_path(line, action);
                 actions.push(action);
                 rest = behind.trim_start();
-            } else if upper.starts_with("PSPD") && upper != "PSPD100" {
-                return Err(format!("{own} changes the speed of the move and is not supported"));
-            } else if upper == "INC" {
-                return Err("INC counts from the position before and is not supported".to_owned());
-            } else if HARMLESS.iter().any(|known| upper.starts_with(known)) || upper == "PSPD100" {
+            } else if upper == "PSPD100" || HARMLESS.iter().any(|own| upper.starts_with(own)) {
                 rest = behind.trim_start();
                 if BY_REGISTER.contains(&upper.as_str())
                     && (starts_with(rest, "R[") || starts_with(rest, "AR["))
                 {
                     rest = rest.get(word(rest).len()..).unwrap_or("").trim_start();
                 }
+            } else if upper.starts_with("PSPD") {
+                return Err(format!("{own} changes the speed of the move and is not supported"));
+            } else if upper == "INC" {
+                return Err("INC counts from the position before and is not supported".to_owned());
             } else {
                 return Err(format!("'{own}' behind the target is not understood"));
             }

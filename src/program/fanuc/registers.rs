@@ -63,13 +63,9 @@ pub(super) fn names_asked(text: &str) -> Vec<Asked> {
     if !["IF", "SELECT", "WAIT"].iter().any(|own| starts_with(text, own)) {
         return Vec::new();
     }
-    let brackets = text.match_indices('[').map(|(at, _)| at);
-    let asked = brackets.filter_map(|at| {
-        let (before, behind) = (text.get(..at)?, text.get(at + 1..)?);
-        let letters = before.bytes().rev().take_while(u8::is_ascii_alphabetic).count();
-        let list = before.get(at - letters..)?;
-        let index = behind.split([':', ']']).next()?.trim();
-        Some(match (list, index.parse::<i64>()) {
+    let asked = names_in(text).into_iter().filter_map(|name| {
+        let (list, index) = indexed(name)?;
+        Some(match (list, index.trim().parse::<i64>()) {
             ("LBL", _) => return None,
             (_, Err(_)) => Asked::Any,
             ("R", Ok(number)) => Asked::Number(number),
@@ -77,6 +73,23 @@ pub(super) fn names_asked(text: &str) -> Vec<Asked> {
         })
     });
     asked.collect()
+}
+
+/// The names in a condition, of signals, registers and labels: `DI[1:part]=ON AND !DO[2]`.
+pub(super) fn names_in(condition: &str) -> Vec<&str> {
+    let (mut names, mut from) = (Vec::new(), 0);
+    // Never true: every place is looked at once, but those within brackets.
+    outside(condition, |_, rest| {
+        let next = condition.len() - rest.len() + 1;
+        if rest.starts_with(']') {
+            names.extend(condition.get(from..next));
+        }
+        if !rest.starts_with(|c: char| c.is_ascii_alphanumeric()) {
+            from = next;
+        }
+        false
+    });
+    names
 }
 
 impl<'a> Registers<'a> {

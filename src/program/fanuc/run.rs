@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use nalgebra::Isometry3;
 
 use super::registers::{
-    Asked, Registers, State, names_asked, outside, register, split_outside, starts_with,
+    Asked, Registers, State, names_asked, names_in, register, split_outside, starts_with,
 };
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
@@ -381,7 +381,7 @@ impl<'a> Run<'a> {
         if self.registers.truth(condition) == Ok(true) {
             return;
         }
-        for name in signals_in(condition) {
+        for name in names_in(condition) {
             self.registers.forget_signal(name);
         }
         if let Some(label) = label {
@@ -649,23 +649,6 @@ fn labels(statements: &[Statement]) -> HashMap<i64, usize> {
         }
     }
     found
-}
-
-/// The signals in a condition: `DI[1:part]=ON AND !DO[2]`.
-fn signals_in(condition: &str) -> Vec<&str> {
-    let (mut names, mut from) = (Vec::new(), 0);
-    // Never true: every place is looked at once, but those within brackets.
-    outside(condition, |_, rest| {
-        let next = condition.len() - rest.len() + 1;
-        if rest.starts_with(']') {
-            names.extend(condition.get(from..next));
-        }
-        if !rest.starts_with(|c: char| c.is_ascii_alphanumeric()) {
-            from = next;
-        }
-        false
-    });
-    names
 }
 
 fn is_signal(name: &str) -> bool {

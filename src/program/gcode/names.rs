@@ -123,14 +123,27 @@ impl Machine<'_> {
                 block.words.iter().all(|word| word.letter == b'N' || is_zero(word))
             };
             match block.has_any(&AXES) {
-                false if resets => return Ok(Name::None),
-                true if resets && by_zero && zeros() => return Ok(Name::Frame),
+                false if resets => {
+                    if name == "CYCLE800" && retracts(inside) {
+                        self.cutter.leave(line, [true; 3], "CYCLE800");
+                    }
+                    return Ok(Name::None);
+                }
+                true if resets && by_zero && zeros() && block.names.len() == 1 => {
+                    return Ok(Name::Frame);
+                }
                 _ => {}
             }
             return Err(format!("{name} shifts or turns the work and is not supported"));
         }
         Err(format!("'{name}' is not understood, must be letters each with a number"))
     }
+}
+
+/// Whether CYCLE800 takes the tool away first: _FR is not 0.
+fn retracts(inside: &str) -> bool {
+    let first = inside.split(',').next().unwrap_or("").trim();
+    !first.is_empty() && first.parse() != Ok(0.0)
 }
 
 /// Whether CYCLE800's shifts and angles are all stated, and zero.

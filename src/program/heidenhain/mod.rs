@@ -417,22 +417,26 @@ impl<'a, 't> Reader<'a, 't> {
                 let Plane([u, v, _]) = plane;
                 if name == "CP" {
                     [end[u], end[v]] = self.polar(block)?;
-                }
-                if let ("CP", Some(turned)) = (name, block.get("IPA")) {
-                    if (turned < 0.0) != clockwise {
-                        return Err("IPA and DR have opposite signs".to_owned());
-                    }
-                    let turned = turned.abs();
-                    // Whole turns, and the rest by the end.
-                    more_turns = (turned / 360.0 - 1e-9).floor().clamp(0.0, 1e4) as u32;
-                    if (turned % 360.0).abs() < 1e-9 {
-                        (end[u], end[v]) = (start[u], start[v]);
-                    }
-                } else if name == "CP" {
-                    // The angle of the end; how often round on the way there is IPA's to say.
-                    let angle = block.get("PA").ok_or("CP without PA or IPA")?;
-                    if angle.abs() > 360.0 {
-                        return Err(format!("PA is {angle}°, must be from -360 to 360; IPA turns"));
+                    match (block.get("IPA"), block.get("PA")) {
+                        (Some(turned), _) if (turned < 0.0) != clockwise => {
+                            return Err("IPA and DR have opposite signs".to_owned());
+                        }
+                        (Some(turned), _) => {
+                            let turned = turned.abs();
+                            // Whole turns, and the rest by the end.
+                            more_turns = (turned / 360.0 - 1e-9).floor().clamp(0.0, 1e4) as u32;
+                            if (turned % 360.0).abs() < 1e-9 {
+                                (end[u], end[v]) = (start[u], start[v]);
+                            }
+                        }
+                        // The angle of the end; turns on the way there are IPA's to say.
+                        (None, Some(angle)) if angle.abs() > 360.0 => {
+                            return Err(format!(
+                                "PA is {angle}°, must be from -360 to 360; IPA turns"
+                            ));
+                        }
+                        (None, Some(_)) => {}
+                        (None, None) => return Err("CP without PA or IPA".to_owned()),
                     }
                 }
                 Centre::At(pole)

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use super::filled::filled;
 use super::instructions::{displaces, is_ignored, is_own_function, motion, sounds_like_motion};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Block, Expr, Name, Parameter, Routine, Trap, What};
+use super::syntax::{Args, Block, Expr, Name, Optional, Parameter, Routine, Trap, What};
 use super::value::Value;
 use super::walk::{blocks_in, functions_in, names_in, statements_in};
 use crate::notes::Code;
@@ -149,8 +149,13 @@ impl<'a> Interpreter<'a> {
 
 /// The data that a call gives to parameters by which they may be set.
 fn reached<'a>(routine: &'a Routine, args: &'a Args) -> Vec<&'a Name> {
-    let required = routine.parameters.iter().filter(|parameter| !parameter.optional);
-    let both = required.zip(&args.positional).filter(|(parameter, _)| parameter.by_reference);
+    let of = |optional: bool| routine.parameters.iter().filter(move |p| p.optional == optional);
+    let positional = of(false).zip(&args.positional);
+    let named = args.optional.iter().filter_map(|(name, value)| match value {
+        Optional::Value(expr) => Some((of(true).find(|own| own.name.key == *name)?, expr)),
+        _ => None,
+    });
+    let both = positional.chain(named).filter(|(parameter, _)| parameter.by_reference);
     both.filter_map(|(_, expr)| match expr {
         Expr::Ref(path) => Some(&path.name),
         _ => None,

@@ -169,7 +169,7 @@ fn what_traps_set_is_known_only_at_run_time() {
              PROC main()\nCONNECT i1 WITH tStop;\nISignalDI di1,1,i1;\nn:=1;\n\
              MoveL p0,v100,fine,tool0;\nIF {asked} THEN MoveL Offs(p0,0,200,0),v20,fine,tool0; ENDIF\n\
              MoveL Offs(p0,100,0,0),v100,fine,tool0;\nENDPROC\n\
-             PROC mark()\nlate:=TRUE;\nENDPROC\nTRAP tStop\n{of_trap}\nENDTRAP\nENDMODULE\n"
+             PROC mark()\nlate:=TRUE;\nENDPROC\nPROC put(\\INOUT num to)\nto:=2;\nENDPROC\nTRAP tStop\n{of_trap}\nENDTRAP\nENDMODULE\n"
         )
     };
     let of = |of_trap: &str, asked: &str, assume: &[(&str, Assumed)]| {
@@ -183,6 +183,9 @@ fn what_traps_set_is_known_only_at_run_time() {
         // What the trap does besides says nothing of that.
         ("StorePath;\nn:=2;\nRestoPath;", "n=2"),
         ("IF n>3 RAISE 3;\nn:=2;", "n=2"),
+        // By a parameter of its routine.
+        ("put \\to:=n;", "n=2"),
+        ("VAR num n;\nput \\to:=n;\nmark;", "late"),
         // The trap's own of that name is another than the routine's.
         ("VAR bool late;\nmark;\nlate:=FALSE;", "late"),
     ] {

@@ -246,6 +246,10 @@ fn words_of_sinumerik() {
     assert_eq!(reads("R1=2\nR4=(R1+5)*2\nG1 X=(R1+5)*3 F100"), 2);
     let zero = "0,\"TC1\",0,57,0,0,0,0,0,0,0,0,0,1";
     assert_eq!(reads(&format!("CYCLE800({zero})")), 1);
+    // It takes the tool away first: where to, the program does not say.
+    let away = text(&format!("G1 X5 F300\nCYCLE800({})", zero.replacen('0', "1", 1)));
+    refused(&away, Dialect::Sinumerik, "not known");
+    refused(&text("TRANS X0 Y0 WARM_UP"), Dialect::Sinumerik, "TRANS shifts or turns");
     let tilted = "CYCLE800(0,\"TC1\",0,57,0,0,0,0,20,0,0,0,0,1)";
     refused(&text(tilted), Dialect::Sinumerik, "CYCLE800 shifts or turns");
     refused(&text("CYCLE800(0,\"TC1\",0,57)"), Dialect::Sinumerik, "CYCLE800 shifts or turns");
