@@ -48,6 +48,9 @@ pub(super) struct Log {
     warned: HashSet<String>,
 }
 
+/// Turns from here on may go either way round: programs round to a few digits.
+const HALF_TURN_RAD: f64 = std::f64::consts::PI - 2e-3;
+
 /// A tool whose tool centre point no file gives.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Tool {
@@ -140,6 +143,13 @@ impl Log {
         }
     }
 
+    /// More statements run than any program has; the program stops at this line.
+    pub(super) fn runs_too_long(&mut self, line: usize) {
+        let what = "the program runs too long here: a loop without an end, or one that an \
+                    interrupt or another program ends, which is not read";
+        self.error(Code::TooLong, line, what);
+    }
+
     /// Something beside the motion is left out or assumed; kept once, at the first line.
     pub(super) fn warning(&mut self, code: Code, line: usize, what: impl Into<String>) {
         let what = format!("{}{}", self.within, what.into());
@@ -164,6 +174,13 @@ impl Log {
         }
         let to = self.come_back(line, to, pace);
         let last = self.last;
+        if let (Some(last), Target::Line(at) | Target::Arc { end: at, .. }) = (last, &to)
+            && last.with(&tcp).rotation.angle_to(&at.rotation) > HALF_TURN_RAD
+        {
+            let what = "the tool turns by 180° on this way, and nothing says which way round: a \
+                        point between would";
+            self.warning(Code::AxisIgnored, line, what);
+        }
         self.last = match &to {
             Target::Joints(_) => None,
             Target::JointsTo(at) | Target::Line(at) | Target::Arc { end: at, .. } => {
@@ -204,7 +221,9 @@ impl Log {
     fn come_back(&mut self, line: usize, to: Target, pace: Pace) -> Target {
         let Some((from, what)) = self.away.take() else { return to };
         match to {
-            Target::Line(pose) if pace == Pace::Rapid => {
+            Target::Joints(_) | Target::JointsTo(_) | Target::Line(_)
+                if pace == Pace::Rapid || !matches!(to, Target::Line(_)) =>
+            {
                 let stands = self.stated.spindle == Some(Spindle::Stands);
                 let code = if stands { Code::LeftOut } else { Code::MotionLeftOut };
                 let what = format!(
@@ -212,9 +231,11 @@ impl Log {
                      straight in the joints"
                 );
                 self.warning(code, from, what);
-                Target::JointsTo(pose)
+                match to {
+                    Target::Line(pose) => Target::JointsTo(pose),
+                    to => to,
+                }
             }
-            Target::Joints(_) | Target::JointsTo(_) => to,
             to => {
                 let what = format!(
                     "{what}, and motion at feed follows from there; state X, Y and Z by rapid \
@@ -402,7 +423,15 @@ impl Log {
 
     pub(super) fn finish(mut self, dialect: Dialect) -> Result<Program, Vec<Note>> {
         if self.notes.errors() == 0 && self.moves.is_empty() {
-            self.error(Code::Motion, 1, "the program contains no motion");
+            let unread = self.notes.list().iter().find(|note| note.code == Code::MotionLeftOut);
+            let first = unread.map(|note| (note.place.line.unwrap_or(1), note.what.clone()));
+            let none = "the program contains no motion";
+            match first {
+                Some((line, why)) => {
+                    self.error(Code::Motion, line, format!("{none} that is read: {why}"));
+                }
+                None => self.error(Code::Motion, 1, none),
+            }
         }
         if let Some((line, what)) = self.away.take() {
             self.warning(Code::LeftOut, line, left_out(&what));

@@ -27,16 +27,19 @@ pub(super) struct UnitWatch {
     /// Has numbers of more than three decimals, as posts write inches and not mm.
     is_fine: bool,
     feed: Option<f64>,
+    /// Inches are stated behind the first move.
+    is_late: bool,
 }
 
 impl UnitWatch {
     /// The program or the job says it. That it is mm holds for moves before, too: so they were
     /// read.
     pub(super) fn state(&mut self, is_mm: bool) {
-        self.is_stated = true;
-        if is_mm {
+        let is_first = !std::mem::replace(&mut self.is_stated, true);
+        if is_mm && is_first {
             self.first = None;
         }
+        self.is_late |= !is_mm && is_first && self.first.is_some();
     }
 
     /// A move ends here; `written` are numbers of lengths as they stand in the text.
@@ -73,6 +76,12 @@ impl UnitWatch {
     /// programs are in that do not say it.
     pub(super) fn tell(&self, log: &mut Log, words: &str, is_usual: bool) {
         let Some(line) = self.first else { return };
+        let is_zero = |ends: &[f64; 3]| ends.iter().all(|end| !end.is_finite() || *end == 0.0);
+        if self.is_late && !(is_zero(&self.least) && is_zero(&self.most)) {
+            let what = format!("lengths are taken as mm until inches are stated ({words})");
+            log.warning(Code::UnitAssumed, line, what);
+            return;
+        }
         let ways = self.most.iter().zip(&self.least).map(|(most, least)| most - least);
         let extent = ways.fold(0.0, f64::max);
         if extent > MAX_INCHES {

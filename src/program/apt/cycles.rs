@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::lexer::Word;
+use super::lexer::{self, Word};
 use super::{Reader, name, number};
 use crate::notes::Code;
 use crate::program::Pace;
@@ -61,13 +61,14 @@ impl Reader<'_> {
         line: usize,
         minor: &[Word<'_>],
     ) -> Result<(), String> {
-        let before = self.cycle.take();
+        self.ended_cycle = self.cycle.take().or(self.ended_cycle);
+        let before = self.ended_cycle;
         let first = minor.first().and_then(name).map(str::to_ascii_uppercase);
         let first = first.ok_or("expected a kind of cycle")?;
         match first.as_str() {
             "OFF" | "END" | "NOMORE" | "INIT" if minor.len() == 1 => return Ok(()),
             "ON" if minor.len() == 1 => {
-                self.cycle = before;
+                self.cycle = Some(before.ok_or("ON without a cycle before")?);
                 return Ok(());
             }
             _ => {}
@@ -89,7 +90,10 @@ impl Reader<'_> {
             dwell_s: 0.0,
             pecks: [None; 2],
         };
-        let mut is_deep = matches!(first.as_str(), "DEEP" | "DEEP2" | "DEEPHL" | "PECK");
+        // A hole through the work is drilled in pecks where their depth is stated.
+        let has_step = rest.iter().filter_map(name).any(|word| lexer::is(word, "STEP"));
+        let mut is_deep = matches!(first.as_str(), "DEEP" | "DEEP2" | "DEEPHL" | "PECK")
+            || first == "THRU" && has_step;
         if rest.first().is_some_and(|word| number(word).is_some()) {
             is_deep = self.positional(line, rest, &mut cycle, is_deep)?;
         } else {
@@ -163,7 +167,7 @@ impl Reader<'_> {
         cycle.depth = self.mm(depth.abs());
         cycle.clear = self.mm(clear);
         if let Some((value, span)) = feed {
-            let feed = self.feed_of(value, unit.as_deref())?;
+            let feed = self.feed_of(line, value, unit.as_deref())?;
             if feed.kind == FeedKind::PerRevolution && feed.value > Some(MAX_PER_REVOLUTION_MM) {
                 return Err(format!(
                     "the second number is taken as the feed, and {value} in a turn is none: write \
@@ -263,7 +267,7 @@ impl Reader<'_> {
                     unit @ ("MMPM" | "IPM" | "MMPR" | "IPR" | "PERMIN" | "PERREV"),
                     Some((value, span)),
                 ) => {
-                    let feed = self.feed_of(value, Some(unit))?;
+                    let feed = self.feed_of(line, value, Some(unit))?;
                     self.state_cycle_feed(line, feed, value, span);
                     cycle.feed = Some(feed);
                 }
@@ -275,10 +279,18 @@ impl Reader<'_> {
                 ("DWELL", Some((value, _))) => cycle.dwell_s = value,
                 // In turns of the spindle.
                 ("REV", Some((value, _))) if cycle.dwell_s == 0.0 => {
-                    let rpm = self.cutter.rpm.filter(|rpm| *rpm > 0.0);
-                    cycle.dwell_s = rpm.map_or(0.0, |rpm| value / hz_from_rpm(rpm));
+                    match self.cutter.rpm.filter(|rpm| *rpm > 0.0) {
+                        Some(rpm) => cycle.dwell_s = value / hz_from_rpm(rpm),
+                        None => {
+                            let what = "CYCLE: the dwell is in turns of a spindle whose speed the \
+                                        program does not state, and is left out: what follows is \
+                                        later than read";
+                            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+                        }
+                    }
                 }
                 ("RTRCTO" | "RETURN" | "RETRCT", None)
+                | ("MANUAL" | "AUTO", None)
                 | ("DWELL" | "STEP" | "STEP1" | "INCR" | "TIMES" | "REV" | "CAM" | "ORIENT", _) => {
                 }
                 _ => return Err(format!("'{key}' is not understood in a cycle")),

@@ -114,7 +114,8 @@ pub(super) struct Lexer<'t> {
     /// Whether the last statement asked for a line that is not there.
     pub(super) is_cut: bool,
     in_comment: bool,
-    /// Creo's `$$-> CSYS`: line and numbers of the one that is read, numbers of the first.
+    /// Creo's `$$-> CSYS` and CATIA's `$$*CATIA0`: line and numbers of the one that is read, numbers
+    /// of the first.
     system: Option<(usize, Vec<f64>)>,
     first_system: Option<Vec<f64>>,
     /// The line of one that is not the first again.
@@ -161,6 +162,9 @@ impl<'t> Lexer<'t> {
                 self.comment(trimmed);
                 continue;
             }
+            if trimmed.starts_with("$$") {
+                self.row(trimmed);
+            }
             let continued = tokens(whole, start, statement);
             if !continued && !statement.tokens.is_empty() || statement.tokens.len() > MAX_TOKENS {
                 return true;
@@ -170,7 +174,6 @@ impl<'t> Lexer<'t> {
 
     /// A line of Creo's comments: `$$-> CSYS / …`, or what continues it.
     fn comment(&mut self, line: &str) {
-        const SAME: f64 = 1e-9;
         let content = match line.strip_prefix("$$->").map(str::trim_start) {
             Some(content) => {
                 let word = content.split(['/', ' ']).next().unwrap_or("");
@@ -185,6 +188,30 @@ impl<'t> Lexer<'t> {
         if self.in_comment && numbers.len() <= MAX_TOKENS {
             return;
         }
+        self.end_system();
+    }
+
+    /// CATIA's comments: `$$*CATIA0`, the name of a part operation, three rows of its system.
+    fn row(&mut self, line: &str) {
+        if line.starts_with("$$*CATIA0") {
+            self.system = Some((self.line, Vec::new()));
+            return;
+        }
+        let Some((_, numbers)) = &mut self.system else { return };
+        let words = line.trim_start_matches('$').split_whitespace();
+        let row: Result<Vec<f64>, _> = words.map(str::parse).collect();
+        if let Ok(row) = row
+            && row.len() == 4
+        {
+            numbers.extend(row);
+            if numbers.len() >= 12 {
+                self.end_system();
+            }
+        }
+    }
+
+    fn end_system(&mut self) {
+        const SAME: f64 = 1e-9;
         let Some((line, system)) = self.system.take().filter(|(_, own)| !own.is_empty()) else {
             return;
         };

@@ -12,6 +12,7 @@ mod lexer;
 mod senses;
 mod spindle;
 mod systems;
+mod tools;
 mod words;
 
 use nalgebra::{Unit, Vector3};
@@ -28,6 +29,7 @@ use cycles::Cycle;
 use lexer::{Kind, Lexer, Statement, Token, Word};
 use senses::Senses;
 use systems::Systems;
+use tools::Tools;
 
 /// A tool axis is a unit vector to about three digits.
 const AXIS_LENGTH_TOLERANCE: f64 = 0.02;
@@ -43,8 +45,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     if let (Some(line), false) =
         (lexer.other_system, settings.coordinates == Some(Coordinates::World))
     {
-        let what = "CSYS in Creo's comments changes here, and whether the points do with it is not \
-                    known: they are read as all in one system";
+        let what = "the coordinate system in the comments changes here, and whether the points do \
+                    with it is not known: they are read as all in one system";
         reader.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
 }
@@ -87,8 +89,12 @@ struct Reader<'a> {
     inches: bool,
     units_given: bool,
     rapid: bool,
+    /// The line of a feed that stands between RAPID and the move.
+    fed_behind_rapid: Option<usize>,
     /// In the coordinates of the program.
     axis: Unit<Vector3<f64>>,
+    /// The line of MULTAX/OFF, where the axis was another and no statement has given it since.
+    axis_is_back: Option<usize>,
     at: Option<Vector3<f64>>,
     /// Whether the last statement may be the program's last.
     may_end: bool,
@@ -98,6 +104,11 @@ struct Reader<'a> {
     direction: Option<Vector3<f64>>,
     senses: Senses,
     cycle: Option<Cycle>,
+    /// The one that CYCLE/OFF has ended, which CYCLE/ON takes up again.
+    ended_cycle: Option<Cycle>,
+    /// Points behind a cycle that is refused are no moves.
+    cycle_is_refused: bool,
+    tools: Tools,
     systems: Systems,
 }
 
@@ -113,13 +124,18 @@ impl<'a> Reader<'a> {
             inches,
             units_given: settings.unit.is_some(),
             rapid: false,
+            fed_behind_rapid: None,
             axis: Vector3::z_axis(),
+            axis_is_back: None,
             at: None,
             may_end: false,
             arc: None,
             direction: None,
             senses: Senses::default(),
             cycle: None,
+            ended_cycle: None,
+            cycle_is_refused: false,
+            tools: Tools::default(),
             systems: Systems::new(settings.coordinates),
         }
     }
@@ -162,11 +178,14 @@ impl<'a> Reader<'a> {
         }
         let minor = statement.minor();
         let minor = minor.as_slice();
+        if matches!(major, "GOTO" | "GODLTA" | "FROM" | "TLON") {
+            self.settle_tool();
+        }
         match major {
             "SELECT" if minor.first().and_then(name).is_some_and(|it| lexer::is(it, "TOOL")) => {
                 Ok(())
             }
-            "INSERT" | "SELECT" | "PPFUN" | "PREFUN" | "THREAD" => {
+            "INSERT" | "PPWORD" | "SELECT" | "PPFUN" | "PREFUN" | "THREAD" => {
                 let what = format!("{major} goes to the machine as it is and is not read");
                 self.cutter.log.warning(Code::MotionLeftOut, line, what);
                 Ok(())
@@ -188,6 +207,7 @@ impl<'a> Reader<'a> {
                     );
                 }
                 self.rapid = true;
+                self.fed_behind_rapid = None;
                 Ok(())
             }
             "CIRCLE" => self.circle(line, minor),
@@ -203,18 +223,27 @@ impl<'a> Reader<'a> {
             }
             "TLON" => self.along_circle(line, statement),
             "MULTAX" if minor.first().and_then(name).is_some_and(|word| lexer::is(word, "OFF")) => {
-                self.axis = self.systems.axis();
+                let axis = self.systems.axis();
+                if self.axis.angle(&axis) > 1e-6 {
+                    self.axis_is_back = Some(line);
+                }
+                self.axis = axis;
                 Ok(())
             }
             "MULTAX" => Ok(()),
             "TLAXIS" => {
                 self.axis = unit(vector(minor)?)?;
+                self.axis_is_back = None;
                 Ok(())
             }
             "FEDRAT" => self.feed_statement(line, minor),
             "SPINDL" => self.spindle(line, minor),
             "UNITS" | "UNIT" => self.units(minor),
-            "CYCLE" => self.cycle_statement(line, minor),
+            "CYCLE" => {
+                let read = self.cycle_statement(line, minor);
+                self.cycle_is_refused = read.is_err();
+                read
+            }
             "DELAY" | "DWELL" => self.delay(line, minor),
             "LOADTL" | "LOAD" | "TURRET" => self.load_tool(line, minor),
             "GOHOME" if !minor.is_empty() => self.home(line, minor),
@@ -230,8 +259,11 @@ impl<'a> Reader<'a> {
                 self.systems.say(minor)
             }
             "HEAD" => {
-                let what = "HEAD: the job's tcp is used with every head";
-                self.cutter.log.warning(Code::ChangeIgnored, line, what);
+                self.other_head(line);
+                Ok(())
+            }
+            "CUTTER" | "TOOL" | "TOOLNO" => {
+                self.name_tool(line, statement);
                 Ok(())
             }
             "AUXFUN" => self.auxiliary(line, minor),
@@ -270,11 +302,26 @@ impl<'a> Reader<'a> {
     }
 
     /// The tool axis after x, y, z: it stays until another is given.
-    fn axis_of(&self, minor: &[Word<'_>]) -> Result<Unit<Vector3<f64>>, String> {
+    fn axis_of(&mut self, minor: &[Word<'_>]) -> Result<Unit<Vector3<f64>>, String> {
         match minor.get(3..) {
-            None | Some([]) => Ok(self.axis),
-            Some(rest @ [_, _, _]) => unit(vector(rest).map_err(|_| NOT_A_TARGET.to_owned())?),
+            None | Some([]) => {
+                self.doubt_axis();
+                Ok(self.axis)
+            }
+            Some(rest @ [_, _, _]) => {
+                self.axis_is_back = None;
+                unit(vector(rest).map_err(|_| NOT_A_TARGET.to_owned())?)
+            }
             Some(_) => Err(NOT_A_TARGET.to_owned()),
+        }
+    }
+
+    /// A move without an axis of its own.
+    fn doubt_axis(&mut self) {
+        if let Some(line) = self.axis_is_back.take() {
+            let what = "MULTAX/OFF: the tool axis is taken as that of the coordinate system from \
+                        here on; some systems keep the last one, which is tilted";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
     }
 
@@ -283,6 +330,10 @@ impl<'a> Reader<'a> {
         self.axis = self.axis_of(minor)?;
         if let Some(arc) = self.arc.take() {
             return self.close_arc(line, arc, to);
+        }
+        if self.cycle_is_refused {
+            self.at = Some(to);
+            return Ok(());
         }
         match self.cycle {
             Some(cycle) => self.drill(line, to, cycle),
@@ -309,7 +360,11 @@ impl<'a> Reader<'a> {
     }
 
     fn go_delta(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        if self.cycle.is_some() {
+            return Err("a relative move within a cycle; write GOTO, or end the cycle".to_owned());
+        }
         let from = self.at.ok_or("a relative move before any position")?;
+        self.doubt_axis();
         let by = match minor {
             // A single number goes along the tool axis.
             [Word::Number(along, _)] => self.axis.into_inner() * self.mm(*along),
@@ -319,8 +374,13 @@ impl<'a> Reader<'a> {
     }
 
     fn straight(&mut self, line: usize, to: Vector3<f64>) -> Result<(), String> {
-        let pace =
-            if std::mem::take(&mut self.rapid) { Pace::Rapid } else { self.cutter.pace()? };
+        let is_rapid = std::mem::take(&mut self.rapid);
+        let pace = if is_rapid { Pace::Rapid } else { self.cutter.pace()? };
+        if let Some(line) = self.fed_behind_rapid.take().filter(|_| is_rapid) {
+            let what = "FEDRAT stands between RAPID and the move, which is read as rapid: some \
+                        posts run it at the feed";
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+        }
         self.line_to(line, to, pace);
         Ok(())
     }
@@ -339,7 +399,15 @@ impl<'a> Reader<'a> {
     }
 
     /// The feed that `unit` (default: per minute) makes of a number.
-    fn feed_of(&self, number: f64, unit: Option<&str>) -> Result<Feed, String> {
+    fn feed_of(&mut self, line: usize, number: f64, unit: Option<&str>) -> Result<Feed, String> {
+        if !self.units_given && matches!(unit, Some("IPM" | "IPR")) {
+            let what = "the feed is in inches, but no UNITS is given: lengths are in mm";
+            self.cutter.log.warning(Code::UnitAssumed, line, what);
+        }
+        // Who states the unit of the feed means that of the lengths, or is told of it above.
+        if matches!(unit, Some("MMPM" | "MMPR" | "IPM" | "IPR")) {
+            self.cutter.unit.state(true);
+        }
         let (kind, mm) = match unit {
             None | Some("PERMIN") => (FeedKind::PerMinute, self.mm(number)),
             Some("PERREV") => (FeedKind::PerRevolution, self.mm(number)),
@@ -368,15 +436,8 @@ impl<'a> Reader<'a> {
             return Err("expected a number and a unit".to_owned());
         };
         let unit = names.first().map(String::as_str);
-        if !self.units_given && matches!(unit, Some("IPM" | "IPR")) {
-            let what = "the feed is in inches, but no UNITS is given: lengths are in mm";
-            self.cutter.log.warning(Code::UnitAssumed, line, what);
-        }
-        // Who states the unit of the feed means that of the lengths, or is told of it above.
-        if matches!(unit, Some("MMPM" | "MMPR" | "IPM" | "IPR")) {
-            self.cutter.unit.state(true);
-        }
-        let feed = self.feed_of(*number, unit)?;
+        self.fed_behind_rapid = self.rapid.then_some(line);
+        let feed = self.feed_of(line, *number, unit)?;
         self.cutter.state_feed(line, feed, *number, Some(*span));
         Ok(())
     }
@@ -424,17 +485,6 @@ impl<'a> Reader<'a> {
             }
         }
         Ok(())
-    }
-
-    /// `LOADTL/1,…`, `LOAD/TOOL,1,…`, `TURRET/1`: the first number is the tool's.
-    fn load_tool(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
-        match minor.iter().find_map(number) {
-            Some((number, _)) => self.cutter.tool(number),
-            None => {
-                self.cutter.left_out(line, "a tool without a number is left out".to_owned());
-                Ok(())
-            }
-        }
     }
 }
 

@@ -10,6 +10,7 @@ impl Reader<'_> {
     /// `SPINDL/780,RPM,CLW`, `SPINDL/RPM,780,CLW`, `SPINDL/RANGE,2,RPM,780`, `…,MAXRPM,5000`,
     /// `SPINDL/ON`, `SPINDL/OFF`.
     pub(super) fn spindle(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        self.tools.has_spindle();
         let mut speeds: Vec<(f64, Span)> = Vec::new();
         let (mut stops, mut by_surface) = (false, false);
         let mut most: Option<f64> = None;

@@ -1,19 +1,17 @@
 //! Which words of APT are for the machine beside the tool's way, and which move.
 
 /// Words without motion of their own and without effect on later motion.
-pub(super) const WITHOUT_MOTION: [&str; 80] = [
+pub(super) const WITHOUT_MOTION: [&str; 75] = [
     "PARTNO",
     "PPRINT",
     "CLPRNT",
     "REMARK",
     "TPRINT",
-    "PPWORD",
     "MACHIN",
     "COOLNT",
     "END",
     "OPSTOP",
     "STOP",
-    "CUTTER",
     "TOLER",
     "INTOL",
     "OUTTOL",
@@ -31,14 +29,12 @@ pub(super) const WITHOUT_MOTION: [&str; 80] = [
     "TLDATA",
     "TDATA",
     "DISPLAY",
-    "TOOL",
     "UNLOAD",
     "UNCLMP",
     "CLAMP",
     "LEADER",
     "REWIND",
     "CLDIST",
-    "TOOLNO",
     "AUTOPS",
     "PSIS",
     "ARCSLP",
@@ -70,7 +66,6 @@ pub(super) const WITHOUT_MOTION: [&str; 80] = [
     "PIERCE",
     "POSTN",
     "PRINT",
-    "PROBE",
     "STOCK",
     "SETTOL",
     "SYN",

@@ -153,8 +153,7 @@ impl<'a> Run<'a> {
                 return;
             }
             if self.budget == 0 {
-                let what = "the program runs too long here: a loop without an end?";
-                self.log.error(Code::TooLong, statement.line, what);
+                self.log.runs_too_long(statement.line);
                 return;
             }
             self.budget -= 1;

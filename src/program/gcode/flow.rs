@@ -4,7 +4,6 @@
 use std::collections::HashMap;
 
 use super::expression::{Parameters, Reader};
-use crate::notes::Code;
 use crate::program::log::Log;
 use crate::program::unread::left_over;
 
@@ -125,8 +124,7 @@ impl<'t> Flow<'t> {
             return None;
         }
         if self.budget == 0 {
-            let what = "the program runs too long here: a loop without an end?";
-            log.error(Code::TooLong, self.next + 1, what);
+            log.runs_too_long(self.next + 1);
             self.ended = true;
             return None;
         }

@@ -118,8 +118,7 @@ impl<'a, 't> Reader<'a, 't> {
             }
             let line = text.line;
             if self.budget == 0 {
-                let what = "the program runs too long here: a loop without an end?";
-                self.cutter.log.error(Code::TooLong, line, what);
+                self.cutter.log.runs_too_long(line);
                 self.has_end = true;
                 return;
             }

@@ -49,7 +49,8 @@ pub(super) fn tokens(line: &str, offset: Option<usize>) -> Result<Vec<Kind>, Str
                 at += length;
             }
             b'.' if bytes.get(at + 1).is_some_and(u8::is_ascii_digit)
-                && !matches!(found.last(), Some(Kind::Word(_) | Kind::Symbol("]"))) =>
+                && (!matches!(found.last(), Some(Kind::Word(_) | Kind::Symbol("]")))
+                    || at.checked_sub(1).and_then(|at| bytes.get(at)) == Some(&b' ')) =>
             {
                 let length = number_length(rest);
                 let value = rest.get(..length).and_then(|text| text.parse::<f64>().ok());

@@ -12,7 +12,9 @@ mod hints;
 mod interrupts;
 mod lexer;
 mod lines;
+mod modules;
 mod moves;
+mod orientation;
 mod parser;
 mod run;
 mod signals;
@@ -32,7 +34,11 @@ use syntax::{File, Routine};
 /// Reads a KRL file, with the others that the job names, into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut file = File::default();
-    parser::parse(text, &mut file, 0);
+    let others = settings.companions.iter().map(|companion| &*companion.text);
+    let texts: Vec<&str> = std::iter::once(text).chain(others).collect();
+    let renamed = modules::renamed(&texts);
+    let names = |number: usize| renamed.get(number).cloned().unwrap_or_default();
+    parser::parse(text, &mut file, 0, &names(0));
     if let Some(line) = file.is_cut {
         let what = "the routine that begins here has no END: is the file whole?";
         log.error(Code::Syntax, line, what);
@@ -40,7 +46,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     }
     let own = std::mem::take(&mut file.data);
     for (index, companion) in settings.companions.iter().enumerate() {
-        parser::parse(&companion.text, &mut file, index + 1);
+        parser::parse(&companion.text, &mut file, index + 1, &names(index + 1));
         if file.is_cut.take().is_some() {
             let what = format!("{} ends within a routine: is the file whole?", companion.name);
             log.error(Code::Syntax, 1, what);

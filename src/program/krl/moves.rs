@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3};
 
+use super::orientation::Turns;
 use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
 use super::value::{AXES, EXTERNAL, FRAME, Parts, Value, base, frame, numbers, part, pose};
@@ -15,6 +16,9 @@ use crate::program::log::States;
 use crate::program::spindle_names::is_spindles;
 use crate::program::{Pace, tool_number};
 use crate::units::{rad_from_deg, ratio_from_percent};
+
+/// Speeds, orientation, tool and base.
+type Kept = ((Option<f64>, Option<f64>, [Option<f64>; 2]), Turns, Isometry3<f64>, Isometry3<f64>);
 
 /// More than any axis turns, rad.
 const TURNS: f64 = 20.0;
@@ -100,6 +104,8 @@ impl<'a> Run<'a> {
             ("$vel", Some(field @ ("ori1" | "ori2"))) => self.set_turning(line, field, value)?,
             ("$vel", Some(_)) | ("$vel_extax", _) => {}
             ("$vel_axis", _) => self.set_joint_share(value)?,
+            ("$ori_type", _) => self.turns.set_type(value),
+            ("$circ_type", _) => self.turns.set_arc(value),
             ("$ov_pro", _) => {
                 let share = ratio_from_percent(value.num()?);
                 if !(share > 0.0 && share <= 1.0) {
@@ -130,7 +136,19 @@ impl<'a> Run<'a> {
             ("$robroot" | "$world" | "$corr", _) => {
                 return Err("moves the robot's own frame and is not supported".to_owned());
             }
-            ("fdat_act", None) | ("pdat_act", _) | ("ldat_act", _) => return Ok(false),
+            ("$tech" | "$tech_c", _) if !matches!(value, Value::Enum(off) if off == "off") => {
+                let what = "$TECH may change the path (weaving), which is not read";
+                self.log.warning(Code::MotionLeftOut, line, what);
+                return Ok(false);
+            }
+            (name, _) if changes_speed(name) => {
+                let what = format!(
+                    "{} may change how fast the arm moves and is not read",
+                    name.to_uppercase()
+                );
+                self.log.warning(Code::ChangeIgnored, line, what);
+                return Ok(false);
+            }
             _ => return Ok(false),
         }
         Ok(true)
@@ -281,14 +299,23 @@ impl<'a> Run<'a> {
                 self.set_basic_velocity(line, number)?;
                 self.frames_of_form(line)
             }
-            "ptp_dat" => match self.of_form("pdat_act") {
-                Some(share) => self.set_basic_share(line, &share),
-                None => Err("PDAT_ACT.VEL is not known".to_owned()),
+            "ptp_dat" => match self.velocity_of_form("pdat_act") {
+                Ok(share) => self.set_basic_share(line, &share),
+                // As rapid as where no speed is set, until one is.
+                Err(why) => {
+                    self.joint_share = None;
+                    self.log.warning(Code::Assumed, line, format!("BAS: {why}"));
+                    Ok(())
+                }
             },
-            "cp_dat" => match self.of_form("ldat_act") {
-                Some(velocity) => self.set_basic_velocity(line, &velocity),
-                None => Err("LDAT_ACT.VEL is not known".to_owned()),
-            },
+            "cp_dat" => {
+                let velocity = self.velocity_of_form("ldat_act")?;
+                if let Value::Parts(form) = self.datum("ldat_act") {
+                    form.get("ori_typ").into_iter().for_each(|own| self.turns.set_type(own));
+                    form.get("circ_typ").into_iter().for_each(|own| self.turns.set_arc(own));
+                }
+                self.set_basic_velocity(line, &velocity)
+            }
             "frames" => self.frames_of_form(line),
             other => Err(format!("#{} is not understood", other.to_uppercase())),
         }
@@ -343,21 +370,33 @@ impl<'a> Run<'a> {
                         to be";
             self.log.warning(Code::Assumed, line, what);
         }
-        self.base = self.settings.work_object.unwrap_or_default();
+        let world = self.settings.base_frames.get(&0).or(self.settings.work_object.as_ref());
+        self.base = world.copied().unwrap_or_default();
+        self.turns = Turns::default();
         // Where there is none the robot has its flange until it is told another.
         drop(self.take_tool(1.0));
         Ok(())
     }
 
     /// VEL of the data of an inline form.
-    fn of_form(&mut self, data: &str) -> Option<Value> {
-        let Value::Parts(mut form) = self.datum(data) else { return None };
-        form.remove("vel")
+    fn velocity_of_form(&mut self, data: &str) -> Result<Value, String> {
+        let name = data.to_uppercase();
+        match self.datum(data) {
+            Value::Parts(mut form) => form.remove("vel").ok_or(format!("{name} has no VEL")),
+            Value::Unknown(why) => Err(format!("{name}.VEL is not known: {why}")),
+            _ => Err(format!("{name} is no structure")),
+        }
     }
 
     /// Tool and base of FDAT_ACT, which the inline form has set.
     fn frames_of_form(&mut self, line: usize) -> Result<(), String> {
-        let Value::Parts(form) = self.datum("fdat_act") else { return Ok(()) };
+        let form = match self.datum("fdat_act") {
+            Value::Parts(form) => form,
+            Value::Unknown(why) if self.globals.contains_key("fdat_act") => {
+                return Err(format!("tool and base are not known: FDAT_ACT: {why}"));
+            }
+            _ => return Ok(()),
+        };
         if let Some(Value::Enum(mode)) = form.get("ipo_frame")
             && mode == "tcp"
         {
@@ -374,7 +413,7 @@ impl<'a> Run<'a> {
 
     /// SPLINE … ENDSPLINE: lines and arcs in it are that; SPL goes straight to its points here.
     pub(super) fn spline(&mut self, line: usize, with: &'a [(Path, Expr)], block: &'a Block) {
-        let kept = (self.velocity, self.joint_share, self.turning, self.tcp, self.base);
+        let kept = self.kept();
         self.apply(line, with);
         for statement in block {
             let line = self.enter(statement.file, statement.line);
@@ -396,7 +435,7 @@ impl<'a> Run<'a> {
                 }
             }
         }
-        (self.velocity, self.joint_share, self.turning, self.tcp, self.base) = kept;
+        self.keep(kept);
     }
 
     /// What WITH sets for a motion.
@@ -416,12 +455,24 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// What WITH may set for a motion.
+    fn kept(&self) -> Kept {
+        let speeds = (self.velocity, self.joint_share, self.turning);
+        (speeds, self.turns, self.tcp, self.base)
+    }
+
+    fn keep(&mut self, kept: Kept) {
+        let speeds;
+        (speeds, self.turns, self.tcp, self.base) = kept;
+        (self.velocity, self.joint_share, self.turning) = speeds;
+    }
+
     pub(super) fn motion(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
-        let kept = (self.velocity, self.joint_share, self.turning, self.tcp, self.base);
+        let kept = self.kept();
         self.apply(line, &motion.with);
         let done = self.motion_inside(line, motion);
         if !motion.with.is_empty() {
-            (self.velocity, self.joint_share, self.turning, self.tcp, self.base) = kept;
+            self.keep(kept);
         }
         done
     }
@@ -463,14 +514,16 @@ impl<'a> Run<'a> {
         self.log.configure(asked);
         let to = match motion.way {
             Way::Joint => Target::JointsTo(end),
-            Way::Linear => Target::Line(end),
+            Way::Linear => Target::Line(self.turned(line, end)),
             Way::Spline => {
                 let what = "SPL goes through its points on a curve that is taken to be straight \
                             between them";
                 self.log.warning(Code::Assumed, line, what);
-                Target::Line(end)
+                Target::Line(self.turned(line, end))
             }
             Way::Circular => {
+                self.doubt_arc(line);
+                let end = self.turned(line, end);
                 let via = values.first().ok_or("the auxiliary point is missing")?;
                 let via = via.parts().map_err(|why| format!("auxiliary point: {why}"))?;
                 let via = self.target(via, motion.is_relative)?;
@@ -535,9 +588,14 @@ impl<'a> Run<'a> {
             Some(last) => Some(numbers(&(self.base.inverse() * last.with(&self.tcp)))),
             None if is_whole && !is_relative => None,
             None => {
-                return Err("components are left out, and the position before is known only at \
-                            run time"
-                    .to_owned());
+                let before = match self.log.has_moved() {
+                    true => {
+                        "the point before is given by axes, of which the program does not \
+                             state the position; give X, Y, Z, A, B and C in full"
+                    }
+                    false => "the position before is known only at run time",
+                };
+                return Err(format!("components are left out, and {before}"));
             }
         };
         let mut found = [0.0; 6];
@@ -595,6 +653,12 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
+}
+
+/// Whether a system variable that is not read may change how fast the arm moves.
+fn changes_speed(name: &str) -> bool {
+    let is_of_system = name.starts_with('$') && !is_without_effect(name);
+    is_of_system && ["vel", "speed", "$ov_"].iter().any(|part| name.contains(part))
 }
 
 /// {M 5, CM {X …}, J {X …}}; `None` where it has no mass.

@@ -1,8 +1,11 @@
 //! Lines of KRL → routines and data lists. A statement that is not understood is kept as such, so
 //! that it is a fault only where the program reaches it.
 
+use std::collections::HashMap;
+
 use super::lexer::Kind;
 use super::lines::{Line, lines};
+use super::modules::rename;
 use super::signals::Outputs;
 use super::syntax::{
     Block, Cases, Expr, File, Motion, Parameter, Path, Routine, Statement, Way, What,
@@ -15,17 +18,14 @@ use crate::wording::counted;
 const MAX_DEPTH: usize = 40;
 
 /// Parses a file into `file`; the routines of the main one, number 0, may be where the program
-/// starts.
-pub(super) fn parse(text: &str, file: &mut File, number: usize) {
+/// starts. `names` are those that stand for others in it.
+pub(super) fn parse(text: &str, file: &mut File, number: usize, names: &HashMap<String, String>) {
     let is_main = number == 0;
-    let mut parser = Parser {
-        lines: lines(text, is_main),
-        file: number,
-        at: 0,
-        depth: 0,
-        count: 0,
-        signals: Vec::new(),
-    };
+    let mut lines = lines(text, is_main);
+    for tokens in lines.iter_mut().filter_map(|line| line.tokens.as_mut().ok()) {
+        rename(tokens, names);
+    }
+    let mut parser = Parser { lines, file: number, at: 0, depth: 0, count: 0, signals: Vec::new() };
     while let Some(line) = parser.lines.get(parser.at) {
         let number = line.number;
         match line.first() {
@@ -432,7 +432,10 @@ impl<'t> Cursor<'t> {
             (self.tokens.first(), self.tokens.get(1))
         {
             if !is_predefined_type(word) {
-                return Err("is no statement of KRL, and no type that needs no DECL".to_owned());
+                return Err(format!(
+                    "{} is no statement that is read, and no type that needs no DECL",
+                    word.to_uppercase()
+                ));
             }
             return self.declaration();
         }

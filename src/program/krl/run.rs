@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
+use super::orientation::Turns;
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::value::{Sort, Type, Value, base, unset};
 use super::walk::{expressions, functions_in};
@@ -94,6 +95,8 @@ pub(super) struct Run<'a> {
     pub(super) turning: [Option<f64>; 2],
     /// $VEL_AXIS, the lowest share.
     pub(super) joint_share: Option<f64>,
+    /// $ORI_TYPE and $CIRC_TYPE.
+    pub(super) turns: Turns,
     /// $OV_PRO as a share.
     pub(super) over: f64,
     /// A1 to A6 of the last motion, degrees, if it went to joints.
@@ -135,6 +138,7 @@ impl<'a> Run<'a> {
             velocity: None,
             turning: [None; 2],
             joint_share: None,
+            turns: Turns::default(),
             over: 1.0,
             joints: None,
             external: External::new(settings),
@@ -247,8 +251,7 @@ impl<'a> Run<'a> {
                 true
             }
             None => {
-                let what = "the program runs too long here: a loop without an end?";
-                self.log.error(Code::TooLong, line, what);
+                self.log.runs_too_long(line);
                 false
             }
         }
@@ -301,6 +304,12 @@ impl<'a> Run<'a> {
             What::For(variable, [from, to], step, body) => {
                 return self.for_loop(line, variable, [Some(from), Some(to), step.as_ref()], body);
             }
+            // WHILE TRUE and UNTIL FALSE are LOOP.
+            What::While(Expr::Bool(true), body) | What::Repeat(body, Expr::Bool(false))
+                if !leaves(body, true) =>
+            {
+                return self.endless(line, body);
+            }
             What::While(condition, body) => {
                 return self.repeated(line, Some(condition), None, body);
             }
@@ -308,14 +317,7 @@ impl<'a> Run<'a> {
             What::Loop(body) if leaves(body, true) => {
                 return self.repeated(line, None, None, body);
             }
-            What::Loop(body) => {
-                self.log.warning(Code::MotionLeftOut, line, ENDLESS);
-                return match self.block(body) {
-                    Flow::Exit => Flow::Next,
-                    Flow::Next => Flow::Halt,
-                    flow => flow,
-                };
-            }
+            What::Loop(body) => return self.endless(line, body),
             What::Switch(tested, cases, otherwise) => {
                 return self.switch(line, tested, cases, otherwise);
             }
@@ -345,6 +347,15 @@ impl<'a> Run<'a> {
             What::NotUnderstood(why) => self.log.error(Code::Syntax, line, why.clone()),
         }
         Flow::Next
+    }
+
+    fn endless(&mut self, line: usize, body: &'a Block) -> Flow {
+        self.log.warning(Code::MotionLeftOut, line, ENDLESS);
+        match self.block(body) {
+            Flow::Exit => Flow::Next,
+            Flow::Next => Flow::Halt,
+            flow => flow,
+        }
     }
 
     fn declare(

@@ -67,8 +67,11 @@ pub(super) fn is_predefined_type(word: &str) -> bool {
 
 /// Procedures and statements without motion and without effect on later motion.
 pub(super) fn is_harmless(name: &str) -> bool {
-    const PROCEDURES: [&str; 19] = [
+    const PROCEDURES: [&str; 22] = [
         "wait for",
+        "set_cd_params",
+        "scirc_typ",
+        "scirc_m",
         "user",
         "bas_ini",
         "user_ini",
@@ -113,7 +116,10 @@ pub(super) fn fills(name: &str) -> bool {
 
 /// System variables that later motion depends on.
 pub(super) fn sets_motion(name: &str) -> bool {
-    const STARTS: [&str; 10] = [
+    const STARTS: [&str; 13] = [
+        "$ori_type",
+        "$circ_type",
+        "$tech",
         "$vel",
         "$ov_pro",
         "$tool",
@@ -135,7 +141,7 @@ pub(super) fn sounds_like_motion(name: &str) -> bool {
 
 /// System variables that neither move nor set frames or speeds.
 pub(super) fn is_without_effect(name: &str) -> bool {
-    const STARTS: [&str; 22] = [
+    const STARTS: [&str; 20] = [
         "$out",
         "$anout",
         "$timer",
@@ -144,8 +150,6 @@ pub(super) fn is_without_effect(name: &str) -> bool {
         "$advance",
         "$apo",
         "$acc",
-        "$ori_type",
-        "$circ_type",
         "$h_pos",
         "$bwdstart",
         "$pal_mode",

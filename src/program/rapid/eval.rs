@@ -4,9 +4,12 @@
 use super::functions::{self, Given};
 use super::instructions::is_own_function;
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
-use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step};
-
-use super::value::{Value, field, initial, initial_array, within_depth, within_size};
+use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
+use super::value::{
+    Value, field, from_orientation, initial, initial_array, load0, orientation, position,
+    within_depth, within_size,
+};
+use super::walk::statements_in;
 
 /// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
 const VMAX_MM_PER_S: f64 = 5000.0;
@@ -23,8 +26,12 @@ pub(super) enum Scope {
     Module,
 }
 
-/// A datum or a part of one: where it lives and the way down.
-type Place = (Scope, Vec<usize>);
+/// A datum or a part of one: where it lives, its name there, and the way down.
+struct Place<'a> {
+    scope: Scope,
+    key: &'a str,
+    way: Vec<usize>,
+}
 
 impl<'a> Interpreter<'a> {
     pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
@@ -76,20 +83,26 @@ impl<'a> Interpreter<'a> {
 
     /// The value of a datum or of a part of it.
     pub(super) fn read(&mut self, path: &'a Path) -> Value {
-        let (scope, way) = match self.place(path) {
+        let Place { scope, key, way } = match self.place(path) {
             Ok(place) => place,
             Err(why) => {
-                let known = predefined(&path.name, &path.steps);
+                let known = self.assigned.get(path.name.key.as_str()).filter(|_| path.is_whole());
+                let known = known.cloned().or_else(|| self.predefined_part(path));
                 let known = known.or_else(|| self.output(&path.name.key));
                 let known = known.or_else(|| self.assumed(&path.name.key));
                 return known.unwrap_or(Value::unknown(why));
             }
         };
-        let mut value = match self.root(scope, &path.name.key) {
+        let mut value = match self.root(scope, key) {
             Some(value) => value,
             None => return Value::unknown(undeclared(&path.name)),
         };
+        let mut own;
         for index in way {
+            if matches!(value, Value::Tool0 | Value::Wobj0) {
+                own = value.clone().in_parts();
+                value = &own;
+            }
             value = match value {
                 Value::List(items) => match items.get(index) {
                     Some(item) => item,
@@ -104,14 +117,14 @@ impl<'a> Interpreter<'a> {
 
     /// Stores a value in a datum or a part of it.
     pub(super) fn write(&mut self, path: &'a Path, value: Value) -> Result<(), String> {
-        let (scope, way) = self.place(path)?;
+        let Place { scope, key, way } = self.place(path)?;
         let root = match scope {
             Scope::Routine => self
                 .frames
                 .last_mut()
-                .and_then(|frame| frame.get_mut(&path.name.key))
+                .and_then(|frame| frame.get_mut(key))
                 .map(|datum| &mut datum.value),
-            Scope::Module => match self.globals.get_mut(path.name.key.as_str()) {
+            Scope::Module => match self.globals.get_mut(key) {
                 Some(Global::Known(value)) => Some(value),
                 _ => None,
             },
@@ -120,6 +133,9 @@ impl<'a> Interpreter<'a> {
         let value = known(within_depth(value, way.len()));
         let mut target = &mut *root;
         for index in way {
+            if matches!(target, Value::Tool0 | Value::Wobj0) {
+                *target = std::mem::replace(target, Value::Absent).in_parts();
+            }
             target = match target {
                 Value::List(items) => items.get_mut(index).ok_or_else(|| beyond(&path.name))?,
                 Value::Unknown(why) => return Err(why.to_string()),
@@ -135,18 +151,28 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Finds the datum and turns indices and fields into positions, working out globals on the way.
-    fn place(&mut self, path: &'a Path) -> Result<Place, String> {
-        let key = path.name.key.as_str();
-        let local = self.frames.last().and_then(|frame| frame.get(key)).map(|datum| datum.kind);
+    fn place(&mut self, path: &'a Path) -> Result<Place<'a>, String> {
+        let mut key = path.name.key.as_str();
+        let mut way = Vec::new();
+        let local = self.frames.last().and_then(|frame| frame.get(key));
         let (scope, mut kind) = match (local, self.file.data.get(key)) {
-            (Some(kind), _) => (Scope::Routine, kind),
+            (Some(datum), _) => {
+                let kind = datum.kind;
+                match &datum.stands_for {
+                    Some((other, way_there)) => {
+                        key = other;
+                        way.clone_from(way_there);
+                        (Scope::Module, kind)
+                    }
+                    None => (Scope::Routine, kind),
+                }
+            }
             (None, Some(declaration)) => {
                 self.work_out(declaration)?;
                 (Scope::Module, declaration.kind.as_str())
             }
             (None, None) => return Err(undeclared(&path.name)),
         };
-        let mut way = Vec::new();
         for step in &path.steps {
             match step {
                 Step::Index(indices) => {
@@ -163,7 +189,32 @@ impl<'a> Interpreter<'a> {
                 }
             }
         }
-        Ok((scope, way))
+        Ok(Place { scope, key, way })
+    }
+
+    /// The datum of a module, or the part of one, that a routine may set by this argument.
+    pub(super) fn of_module(&mut self, path: &'a Path) -> Option<(&'a str, Vec<usize>)> {
+        let place = self.place(path).ok().filter(|place| place.scope == Scope::Module)?;
+        Some((place.key, place.way))
+    }
+
+    /// Data that every controller has, or a part of one.
+    fn predefined_part(&self, path: &Path) -> Option<Value> {
+        let mut value = predefined(&path.name)?;
+        let mut kind = match path.name.key.as_str() {
+            "tool0" => "tooldata",
+            "wobj0" => "wobjdata",
+            "load0" => "loaddata",
+            _ => "speeddata",
+        };
+        for step in &path.steps {
+            let Step::Field(name) = step else { return None };
+            let (index, inner) = field(self.file, kind, name)?;
+            let Value::List(mut parts) = value.in_parts() else { return None };
+            value = (index < parts.len()).then(|| parts.swap_remove(index))?;
+            kind = inner;
+        }
+        Some(value)
     }
 
     fn index(&mut self, index: &'a Expr, of: &Name) -> Result<usize, String> {
@@ -259,7 +310,12 @@ impl<'a> Interpreter<'a> {
         if let Some(routine) = self.file.functions.get(&name.key) {
             return match self.call_routine(routine, args) {
                 Flow::Return(Some(value)) => value,
-                _ => Value::unknown(format!("function '{}' returns nothing", name.shown)),
+                _ => {
+                    let mut all = statements_in(std::iter::once(&routine.body));
+                    let may = all.any(|what| matches!(what, What::Return(Some(_))));
+                    let why = if may { "is known only at run time" } else { "returns nothing" };
+                    Value::unknown(format!("function '{}' {why}", name.shown))
+                }
             };
         }
         if let Some(value) = self.signal(&name.key, args) {
@@ -287,7 +343,7 @@ impl<'a> Interpreter<'a> {
     /// A datum of the routine that runs.
     pub(super) fn declare(&mut self, key: &str, kind: &'a str, value: Value) {
         if let Some(frame) = self.frames.last_mut() {
-            frame.insert(key.to_owned(), Datum { kind, value });
+            frame.insert(key.to_owned(), Datum { kind, value, stands_for: None });
         }
     }
 }
@@ -305,10 +361,7 @@ fn beyond(name: &Name) -> String {
 }
 
 /// Data that every controller has.
-fn predefined(name: &Name, steps: &[Step]) -> Option<Value> {
-    if !steps.is_empty() {
-        return None;
-    }
+fn predefined(name: &Name) -> Option<Value> {
     match name.key.as_str() {
         "tool0" => Some(Value::Tool0),
         "wobj0" => Some(Value::Wobj0),
@@ -323,13 +376,6 @@ fn predefined(name: &Name, steps: &[Step]) -> Option<Value> {
             known.then(|| Value::nums(&[f64::from(speed), 500.0, 5000.0, 1000.0]))
         }
     }
-}
-
-/// No load, as the controller declares it.
-fn load0() -> Value {
-    let [mass, centre, axes] =
-        [Value::Num(0.001), Value::nums(&[0.0, 0.0, 0.001]), Value::nums(&[1.0, 0.0, 0.0, 0.0])];
-    Value::List(vec![mass, centre, axes, Value::Num(0.0), Value::Num(0.0), Value::Num(0.0)])
 }
 
 fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, String> {
@@ -382,6 +428,17 @@ fn arithmetic(operator: Operator, left: &Value, right: &Value) -> Result<Value, 
     match (left, right) {
         (Value::Text(left), Value::Text(right)) if operator == Operator::Plus => {
             Value::text(&format!("{left}{right}"))
+        }
+        // pos · pos is their cross product, orient · orient one turn after the other.
+        (Value::List(a), Value::List(b))
+            if operator == Operator::Times && a.len() == 3 && b.len() == 3 =>
+        {
+            Ok(Value::nums(position(left)?.cross(&position(right)?).as_slice()))
+        }
+        (Value::List(a), Value::List(b))
+            if operator == Operator::Times && a.len() == 4 && b.len() == 4 =>
+        {
+            Ok(from_orientation(&(orientation(left)? * orientation(right)?)))
         }
         // pos ± pos, by component; pos · num, num · pos, pos / num.
         (Value::List(left), Value::List(right))

@@ -34,7 +34,8 @@ const FILLED: [&str; 5] = ["timeflag", "valueattimeout", "breakflag", "result", 
 /// The data that an instruction or a function of the controller fills in.
 pub(super) fn filled<'a>(name: &Name, args: &'a Args) -> Vec<&'a Path> {
     let fills = FILL.contains(&name.key.as_str());
-    let positional = args.positional.iter().filter(|_| fills);
+    let given = usize::from(name.key == "strtoval");
+    let positional = args.positional.iter().skip(given).filter(|_| fills);
     let optional = args.optional.iter().filter_map(|(own, value)| match value {
         Optional::Value(expr) if fills || FILLED.contains(&own.as_str()) => Some(expr),
         _ => None,

@@ -21,6 +21,14 @@ impl Given<'_> {
         self.at(index)?.num()
     }
 
+    fn text(&self, index: usize) -> Result<&str, String> {
+        match self.at(index)? {
+            Value::Text(text) => Ok(text),
+            Value::Unknown(why) => Err(why.to_string()),
+            _ => Err(format!("argument {} must be a string", index + 1)),
+        }
+    }
+
     fn option(&self, name: &str) -> Option<&Value> {
         self.optional.iter().find(|(found, _)| found == name).map(|(_, value)| value)
     }
@@ -52,6 +60,23 @@ pub(super) fn call(key: &str, given: &Given) -> Option<Result<Value, String>> {
             Ok(Value::Num((to - from).norm()))
         }),
         "vectmagn" => given.at(0).and_then(position).map(|vector| Value::Num(vector.norm())),
+        "dotprod" => given
+            .at(0)
+            .and_then(position)
+            .and_then(|left| Ok(Value::Num(left.dot(&position(given.at(1)?)?)))),
+        "crossprod" => given
+            .at(0)
+            .and_then(position)
+            .and_then(|left| Ok(Value::nums(left.cross(&position(given.at(1)?)?).as_slice()))),
+        "max" | "min" => given.num(0).and_then(|left| {
+            let right = given.num(1)?;
+            Ok(Value::Num(if key == "max" { left.max(right) } else { left.min(right) }))
+        }),
+        "strlen" => given.text(0).map(|text| Value::Num(text.chars().count() as f64)),
+        "strpart" => str_part(given),
+        "dim" => dim(given),
+        // Without a program displacement, which is refused, it is the point itself.
+        "orobt" => given.at(0).cloned(),
         "pow" => given.num(0).and_then(|base| Ok(Value::Num(base.powf(given.num(1)?)))),
         "atan2" => given.num(0).and_then(|y| Ok(Value::Num(deg_from_rad(y.atan2(given.num(1)?))))),
         "round" | "trunc" => rounded(key, given),
@@ -121,6 +146,35 @@ fn with_parts(record: &Value, parts: &[(usize, Value)]) -> Result<Value, String>
         }
     }
     Ok(Value::List(items))
+}
+
+/// `StrPart(text, from, length)`: characters count from 1.
+fn str_part(given: &Given) -> Result<Value, String> {
+    let text: Vec<char> = given.text(0)?.chars().collect();
+    let (from, length) = (given.num(1)?, given.num(2)?);
+    let is_whole = |number: f64, least: f64| number.fract() == 0.0 && number >= least;
+    // Whole and not negative, and beyond the end `get` finds nothing.
+    let part = (is_whole(from, 1.0) && is_whole(length, 0.0))
+        .then(|| text.get(from as usize - 1..from as usize - 1 + length as usize))
+        .flatten()
+        .ok_or_else(|| format!("characters {from} and {length} more lie beyond the string"))?;
+    Value::text(&part.iter().collect::<String>())
+}
+
+/// `Dim(array, 2)`: how long an array is along a dimension.
+fn dim(given: &Given) -> Result<Value, String> {
+    let (mut value, mut dimension) = (given.at(0)?, given.num(1)?);
+    while let Value::List(items) = value {
+        if dimension == 1.0 {
+            return Ok(Value::Num(items.len() as f64));
+        }
+        dimension -= 1.0;
+        value = items.first().ok_or("the array is empty")?;
+    }
+    match value {
+        Value::Unknown(why) => Err(why.to_string()),
+        _ => Err("the array has no such dimension".to_owned()),
+    }
 }
 
 fn pose_vect(given: &Given) -> Result<Value, String> {

@@ -22,6 +22,8 @@ const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 pub(super) struct Datum<'a> {
     pub(super) kind: &'a str,
     pub(super) value: Value,
+    /// The datum of the module that it is another name of, and the way down in that.
+    pub(super) stands_for: Option<(&'a str, Vec<usize>)>,
 }
 
 /// How a statement ends.
@@ -70,6 +72,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) analog: Analog,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
+    /// Data that no file declares, as the program sets them.
+    pub(super) assigned: HashMap<&'a str, Value>,
     /// Data of the module that traps set, with what the job assumes of them.
     pub(super) trapped: HashMap<&'a str, Value>,
     /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
@@ -103,6 +107,7 @@ impl<'a> Interpreter<'a> {
             timed: Timed::of(file),
             given_on: HashSet::new(),
             analog: Analog::default(),
+            assigned: HashMap::new(),
             trapped: HashMap::new(),
             gripped: Ok(None),
         }

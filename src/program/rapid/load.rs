@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3};
 
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr, Optional};
+use super::syntax::{Args, Expr};
 use super::value::{Value, orientation};
 use crate::motion::Load;
 use crate::notes::Code;
@@ -40,10 +40,7 @@ impl<'a> Interpreter<'a> {
         tcp: &Isometry3<f64>,
         args: &'a Args,
     ) -> Result<Option<Load>, String> {
-        let total = args.optional.iter().find_map(|(name, value)| match value {
-            Optional::Value(expr) if name == "tload" => Some(expr),
-            _ => None,
-        });
+        let total = args.optional_value("tload");
         if let Some(expr) = total {
             let value = self.eval(expr);
             let total = self.load(line, expr, &value).map_err(|why| format!("\\TLoad: {why}"))?;

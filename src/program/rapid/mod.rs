@@ -7,6 +7,7 @@
 //! left out. A robtarget's configuration counts where the program monitors it: real programs carry
 //! arbitrary ones under `ConfL \Off`. The world frame is taken to be the base frame.
 
+mod calls;
 mod cursor;
 mod ends;
 mod eval;

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 
 use super::instructions::{ToolAt, Way};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr, Optional};
+use super::syntax::{Args, Expr};
 use super::value::{NO_AXIS, Value, from_pose, pose};
 use crate::motion::{Configuration, Target};
 use crate::notes::Code;
@@ -49,7 +49,7 @@ impl<'a> Interpreter<'a> {
             self.log.motion(line, Target::Joints(joints), tcp, pace);
             return Ok(());
         }
-        let work_object = self.work_object(line, option("wobj"))?;
+        let work_object = self.work_object(line, option("wobj"), args)?;
         let place = self.target(&first, &work_object)?;
         let (last, to) = match way {
             Way::Circular => {
@@ -77,18 +77,13 @@ impl<'a> Interpreter<'a> {
         own_speed: Option<&Value>,
         args: &'a Args,
     ) -> Result<Pace, String> {
-        let optional = |wanted: &str| {
-            args.optional.iter().find_map(|(name, value)| match value {
-                Optional::Value(expr) if name == wanted => Some(expr),
-                _ => None,
-            })
-        };
-        let own = optional("v");
+        let own = args.optional_value("v");
         match time.map(Value::num).transpose()? {
             Some(seconds) if seconds > 0.0 && seconds.is_finite() => {
-                let span = optional("t").and_then(|expr| self.literal(expr));
+                let span = args.optional_value("t").and_then(|expr| self.literal(expr));
                 self.log.states(line, span, States::Seconds { value: seconds });
-                Ok(Pace::Seconds(seconds))
+                // VelSet and SpeedRefresh slow timed moves, too.
+                Ok(Pace::Seconds(seconds / (self.velocity.0 * self.over)))
             }
             Some(seconds) => Err(format!("\\T:={seconds} s is no time for a move")),
             None => self.pace(line, speed, own_speed.map(|value| (value, own))),
@@ -224,11 +219,8 @@ impl<'a> Interpreter<'a> {
         match (&tool, self.settings.tcp) {
             (Value::Tool0, tcp) => Ok(tcp.unwrap_or_default()),
             (Value::Unknown(why), Some(tcp)) => {
-                self.log.warning(
-                    Code::Assumed,
-                    line,
-                    format!("tool: {why}; the job's tcp is used"),
-                );
+                let code = self.code_of_assumed(Some(expr));
+                self.log.warning(code, line, format!("tool: {why}; the job's tcp is used"));
                 Ok(tcp)
             }
             (Value::Unknown(why), None) => Err(format!("tool: {why}; give the tcp in the job")),
@@ -243,10 +235,21 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// The job stands in for data of other files, but not for what the program itself sets.
+    fn code_of_assumed(&self, expr: Option<&Expr>) -> Code {
+        match expr {
+            Some(Expr::Ref(path)) if self.assigned.contains_key(path.name.key.as_str()) => {
+                Code::ChangeIgnored
+            }
+            _ => Code::Assumed,
+        }
+    }
+
     fn work_object(
         &mut self,
         line: usize,
         given: Option<&Value>,
+        args: &Args,
     ) -> Result<Isometry3<f64>, String> {
         match (given.unwrap_or(&Value::Wobj0), self.settings.work_object) {
             (Value::Wobj0, frame) => {
@@ -260,11 +263,9 @@ impl<'a> Interpreter<'a> {
                 Ok(frame.unwrap_or_default())
             }
             (Value::Unknown(why), Some(frame)) => {
-                self.log.warning(
-                    Code::Assumed,
-                    line,
-                    format!("work object: {why}; the job's work_object is used"),
-                );
+                let code = self.code_of_assumed(args.optional_value("wobj"));
+                let what = format!("work object: {why}; the job's work_object is used");
+                self.log.warning(code, line, what);
                 Ok(frame)
             }
             (Value::Unknown(why), None) => {

@@ -3,7 +3,7 @@
 
 use super::cursor::{Cursor, Parsed};
 use super::syntax::{
-    Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, Trap, What,
+    Args, Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, Trap, What,
 };
 use crate::notes::Code;
 use crate::program::Companion;
@@ -204,7 +204,7 @@ impl<'a> Parser<'a> {
     /// A trap runs when its interrupt comes, and so do its handlers of errors.
     fn trap(&mut self) -> Parsed<Trap> {
         let line = self.cursor.line();
-        let shown = self.cursor.name()?.shown;
+        let name = self.cursor.name()?;
         let mut body = Vec::new();
         while !self.cursor.take_word("ENDTRAP") {
             if self.cursor.is_any_word(&["ERROR", "UNDO", "BACKWARD"]) {
@@ -217,11 +217,11 @@ impl<'a> Parser<'a> {
             if self.cursor.peek().is_none()
                 || self.cursor.is_any_word(&["PROC", "FUNC", "TRAP", "ENDMODULE"])
             {
-                return Err(self.cursor.expected(&format!("ENDTRAP of '{shown}'")));
+                return Err(self.cursor.expected(&format!("ENDTRAP of '{}'", name.shown)));
             }
             self.statement_or_stray(&mut body);
         }
-        Ok(Trap { line, file: self.name.map(str::to_owned), body })
+        Ok(Trap { line, name, file: self.name.map(str::to_owned), body })
     }
 
     fn skip_past(&mut self, end: &str) {
@@ -344,6 +344,9 @@ impl<'a> Parser<'a> {
             cursor.symbol(";")?;
             return Ok(What::Goto(label));
         }
+        if cursor.take_word("CONNECT") {
+            return self.connect();
+        }
         if cursor.is_symbol("%") {
             return Err("a call by a name in a string is not supported".to_owned());
         }
@@ -364,13 +367,23 @@ impl<'a> Parser<'a> {
         self.call(name)
     }
 
+    /// `CONNECT i1 WITH tr;`: an instruction with the name of the trap as a text.
+    fn connect(&mut self) -> Parsed<What> {
+        self.cursor.expression()?;
+        self.cursor.word("WITH")?;
+        let trap = self.cursor.name()?;
+        self.cursor.symbol(";")?;
+        let args = Args { positional: vec![Expr::Text(trap.shown)], optional: Vec::new() };
+        Ok(What::Call(Name::new("CONNECT"), args))
+    }
+
     fn call(&mut self, name: Name) -> Parsed<What> {
         // `Set do1;`, `foo;`: no arguments. `foo p10, \On;`: an instruction or a procedure.
         match self.cursor.arguments(";") {
             Ok(args) => Ok(What::Call(name, args)),
             Err(_) if super::instructions::is_ignored(&name.key) => {
                 self.cursor.skip_statement();
-                Ok(What::Call(name, super::syntax::Args::default()))
+                Ok(What::Call(name, Args::default()))
             }
             Err(what) => Err(format!("{}: {what}", name.shown)),
         }

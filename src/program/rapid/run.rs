@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::eval::equal;
 use super::filled::filled;
 use super::instructions::{self, is_own_function};
-use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
+use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
 use super::walk::{blocks_in, functions_in, functions_of, names_in};
@@ -50,7 +50,7 @@ impl<'a> Interpreter<'a> {
         self.call_routine(routine, args);
     }
 
-    fn block(&mut self, block: &'a Block) -> Flow {
+    pub(super) fn block(&mut self, block: &'a Block) -> Flow {
         for (at, statement) in block.iter().enumerate() {
             match self.statement(statement) {
                 Flow::Next => {}
@@ -73,11 +73,7 @@ impl<'a> Interpreter<'a> {
             return Flow::Exit;
         }
         if self.budget == 0 {
-            self.log.error(
-                Code::TooLong,
-                line,
-                "the program runs too long here: a loop without an end?",
-            );
+            self.log.runs_too_long(line);
             return Flow::Exit;
         }
         self.budget -= 1;
@@ -105,9 +101,9 @@ impl<'a> Interpreter<'a> {
                 if !sets {
                     self.doubt_assignment(line, path, Some(expr));
                 }
-                let written = self.write(path, value);
-                if let Err(why) = written {
-                    self.forget_name(&path.name.key);
+                let written = self.write(path, value.clone()).map_err(|why| (why, value));
+                if let Err((why, value)) = written {
+                    self.assign_elsewhere(path, value);
                     // Data of another module: what depends on it here is reported where it matters.
                     if !sets {
                         let what = format!("assignment left out: {why}");
@@ -292,10 +288,36 @@ impl<'a> Interpreter<'a> {
         self.forget_name(&name.key);
         if let Some(datum) = self.frames.last_mut().and_then(|frame| frame.get_mut(&name.key)) {
             datum.value = value.clone();
+            if let Some((key, _)) = &datum.stands_for {
+                self.globals.insert(key, Global::Known(value.clone()));
+            }
         }
         if self.file.data.contains_key(&name.key) {
             self.globals.insert(&name.key, Global::Known(value.clone()));
         }
+        if let Some(own) = self.assigned.get_mut(name.key.as_str()) {
+            *own = value.clone();
+        }
+    }
+
+    /// Of a tool, a frame or a place that no file declares the program knows what it has set it to as
+    /// a whole; others may set numbers, too.
+    fn assign_elsewhere(&mut self, path: &'a Path, value: Value) {
+        let key = path.name.key.as_str();
+        self.forget_name(key);
+        let is_here = self.frames.last().is_some_and(|frame| frame.contains_key(key));
+        if is_here || self.file.data.contains_key(key) {
+            return;
+        }
+        let value = match (path.is_whole(), value) {
+            (true, value @ (Value::List(_) | Value::Tool0 | Value::Wobj0)) => value,
+            (true, _) => return,
+            (false, _) => Value::unknown(format!(
+                "the program sets a part of '{}', which is declared in no file that is read",
+                path.name.shown
+            )),
+        };
+        self.assigned.insert(key, value);
     }
 
     /// `parts`: from, to, step.
@@ -350,11 +372,7 @@ impl<'a> Interpreter<'a> {
                 true
             }
             None => {
-                self.log.error(
-                    Code::TooLong,
-                    line,
-                    "the program runs too long here: a loop without an end?",
-                );
+                self.log.runs_too_long(line);
                 false
             }
         }
@@ -430,7 +448,10 @@ impl<'a> Interpreter<'a> {
                 self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
             }
             self.doubt_call(line, name, args);
-            return Flow::Next;
+            return match key.ends_with("sync") {
+                true => self.synced(line, name, args),
+                false => Flow::Next,
+            };
         }
         match key {
             "waittime" => self.wait(line, args),
@@ -439,7 +460,7 @@ impl<'a> Interpreter<'a> {
                 self.log.error(
                     Code::Motion,
                     line,
-                    format!("{} outside an error handler", name.shown),
+                    format!("{} outside an error handler: what those do is not read", name.shown),
                 );
                 return Flow::Exit;
             }
@@ -461,6 +482,13 @@ impl<'a> Interpreter<'a> {
                 self.log.error(Code::Motion, line, what);
             }
             _ if sets => {}
+            "connect" => {
+                if let Some(Expr::Text(trap)) = args.positional.first()
+                    && !self.file.traps.iter().any(|own| own.name.key == trap.to_lowercase())
+                {
+                    self.not_in_file(line, trap);
+                }
+            }
             _ => {
                 match key {
                     "waituntil" => self.waited(args),
@@ -592,47 +620,5 @@ impl<'a> Interpreter<'a> {
             ),
             Err(why) => self.log.error(Code::Value, line, format!("VelSet: {why}")),
         }
-    }
-
-    /// Runs a procedure or function with these arguments.
-    pub(super) fn call_routine(&mut self, routine: &'a Routine, args: &'a Args) -> Flow {
-        let options = self.options(args);
-        let mut given = args.positional.iter();
-        let mut frame = HashMap::new();
-        let mut back = Vec::new();
-        for parameter in &routine.parameters {
-            let value = if parameter.optional {
-                let named = options.iter().find(|(name, _)| *name == parameter.name.key);
-                named.map_or(Value::Absent, |(_, value)| value.clone())
-            } else {
-                match given.next() {
-                    Some(expr) => {
-                        if let (true, Expr::Ref(path)) = (parameter.by_reference, expr) {
-                            back.push((&**path, parameter.name.key.as_str()));
-                        }
-                        self.eval(expr)
-                    }
-                    None => Value::unknown(format!(
-                        "'{}' is called without its argument '{}'",
-                        routine.name.shown, parameter.name.shown
-                    )),
-                }
-            };
-            let datum = Datum { kind: parameter.kind.as_str(), value };
-            frame.insert(parameter.name.key.clone(), datum);
-        }
-        self.frames.push(frame);
-        let flow = self.block(&routine.body);
-        let frame = self.frames.pop().unwrap_or_default();
-        for (path, key) in back {
-            if let Some(datum) = frame.get(key) {
-                // Predefined data and those of other modules cannot be written and stay as they
-                // are.
-                if self.write(path, datum.value.clone()).is_err() {
-                    self.forget_name(&path.name.key);
-                }
-            }
-        }
-        flow
     }
 }

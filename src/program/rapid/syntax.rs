@@ -42,6 +42,13 @@ pub(super) struct Path {
     pub(super) span: Option<Span>,
 }
 
+impl Path {
+    /// Whether it is a datum and no part of one.
+    pub(super) fn is_whole(&self) -> bool {
+        self.steps.is_empty()
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Step {
     Index(Vec<Expr>),
@@ -72,6 +79,16 @@ pub(super) struct Args {
     pub(super) positional: Vec<Expr>,
     /// `\Name`, `\Name:=value`, `\Name?parameter`, by name in lower case.
     pub(super) optional: Vec<(String, Optional)>,
+}
+
+impl Args {
+    /// `\Name:=value`.
+    pub(super) fn optional_value(&self, wanted: &str) -> Option<&Expr> {
+        self.optional.iter().find_map(|(name, value)| match value {
+            Optional::Value(expr) if name == wanted => Some(expr),
+            _ => None,
+        })
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -137,6 +154,7 @@ pub(super) struct Routine {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Trap {
     pub(super) line: usize,
+    pub(super) name: Name,
     /// `None`: the main one.
     pub(super) file: Option<String>,
     pub(super) body: Block,

@@ -72,6 +72,20 @@ impl Value {
         }
     }
 
+    /// What stands for the controller's own tool0 or wobj0, in its parts.
+    pub(super) fn in_parts(self) -> Self {
+        let pose = || Self::List(vec![Self::nums(&[0.0; 3]), Self::nums(&[1.0, 0.0, 0.0, 0.0])]);
+        match self {
+            Self::Tool0 => Self::List(vec![Self::Bool(true), pose(), load0()]),
+            Self::Wobj0 => {
+                let is_held = Self::Bool(false);
+                let unit = Self::Text(Rc::from(""));
+                Self::List(vec![is_held, Self::Bool(true), unit, pose(), pose()])
+            }
+            other => other,
+        }
+    }
+
     fn depth(&self) -> usize {
         match self {
             Self::List(items) => 1 + items.iter().map(Self::depth).max().unwrap_or(0),
@@ -135,6 +149,13 @@ impl Value {
             Self::Wobj0 => format!("expected {expected}, found wobj0"),
         }
     }
+}
+
+/// No load, as the controller declares it.
+pub(super) fn load0() -> Value {
+    let [mass, centre, axes] =
+        [Value::Num(0.001), Value::nums(&[0.0, 0.0, 0.001]), Value::nums(&[1.0, 0.0, 0.0, 0.0])];
+    Value::List(vec![mass, centre, axes, Value::Num(0.0), Value::Num(0.0), Value::Num(0.0)])
 }
 
 /// A size that data may have: loops must not ask for all memory.

@@ -3,6 +3,7 @@
 //! Expected poses are worked out by hand from the frames in the programs, never by the reader.
 
 mod apt;
+mod cells;
 mod controllers;
 mod field;
 mod filled;
@@ -20,3 +21,4 @@ mod silent;
 mod stated;
 mod support;
 mod unsaid;
+mod whole;

@@ -1,0 +1,167 @@
+//! Names that several files have, each its own: what a data list declares without GLOBAL belongs to
+//! the module of that name, and so does every routine of a file behind the first that is not GLOBAL.
+//!
+//! Where files have one name each, it is another name in each of them, as they are read.
+
+use std::collections::{HashMap, HashSet};
+
+use super::lexer::Kind;
+use super::lines::{Line, lines};
+
+/// What a file says of names, in lower case.
+#[derive(Default)]
+struct Declared {
+    /// Of its data lists and its first routine.
+    modules: HashSet<String>,
+    /// With the module that they belong to; `None`: GLOBAL.
+    names: Vec<(String, Option<String>)>,
+}
+
+/// By file: what names stand for in it.
+pub(super) type Renamed = Vec<HashMap<String, String>>;
+
+/// The names of files, the main one first.
+pub(super) fn renamed(texts: &[&str]) -> Renamed {
+    let all: Vec<Declared> = texts.iter().map(|text| declared(text)).collect();
+    // Who has a name: the modules, and whether it is GLOBAL somewhere.
+    let mut owners: HashMap<&str, (HashSet<&str>, bool)> = HashMap::new();
+    for (name, module) in all.iter().flat_map(|file| &file.names) {
+        let (modules, is_global) = owners.entry(name).or_default();
+        match module {
+            Some(module) => drop(modules.insert(module)),
+            None => *is_global = true,
+        }
+    }
+    let main = all.first().map(|file| &file.modules);
+    let is_main = |module: &str| main.is_some_and(|own| own.contains(module));
+    let mut renamed: Renamed = vec![HashMap::new(); all.len()];
+    for (name, (modules, is_global)) in owners {
+        if modules.len() + usize::from(is_global) < 2 {
+            continue;
+        }
+        // Who has no other name: all files that have none of their own, or else the main one.
+        for module in modules.into_iter().filter(|module| is_global || !is_main(module)) {
+            let files = renamed.iter_mut().zip(&all);
+            for (names, _) in files.filter(|(_, file)| file.modules.contains(module)) {
+                names.insert(name.to_owned(), format!("{name} of {module}"));
+            }
+        }
+    }
+    renamed
+}
+
+fn declared(text: &str) -> Declared {
+    let mut found = Declared::default();
+    let mut list: Option<String> = None;
+    let mut first: Option<String> = None;
+    for line in lines(text, false) {
+        let is_global = words(&line).any(|word| word == "global");
+        match line.first() {
+            "defdat" => {
+                list = words(&line).nth(1).map(str::to_owned);
+                found.modules.extend(list.clone());
+            }
+            "enddat" => list = None,
+            "def" | "deffct" => {
+                let is_function = line.first() == "deffct";
+                let own = words(&line).skip_while(|word| !word.starts_with("def"));
+                let Some(name) = own.skip(1 + usize::from(is_function)).next() else { continue };
+                let module = first.get_or_insert_with(|| name.to_owned()).clone();
+                let is_global = is_global || module == name;
+                found.modules.insert(module.clone());
+                found.names.push((name.to_owned(), (!is_global).then_some(module)));
+            }
+            _ => {
+                let Some(module) = &list else { continue };
+                let own = (!is_global).then(|| module.clone());
+                found.names.extend(data(&line).map(|name| (name, own.clone())));
+            }
+        }
+    }
+    found
+}
+
+fn words(line: &Line) -> impl Iterator<Item = &str> {
+    line.tokens().iter().filter_map(|token| match token {
+        Kind::Word(word) => Some(word.as_str()),
+        _ => None,
+    })
+}
+
+/// The data of `DECL GLOBAL E6POS XP1={…}`, `INT N[3],M`.
+fn data(line: &Line) -> impl Iterator<Item = String> {
+    let mut depth = 0;
+    let mut names: Vec<String> = Vec::new();
+    for token in line.tokens() {
+        match token {
+            Kind::Symbol("=") => break,
+            Kind::Symbol("[") => depth += 1,
+            Kind::Symbol("]") => depth -= 1,
+            Kind::Word(word) if depth == 0 => match word.as_str() {
+                "decl" | "global" | "const" | "public" => {}
+                _ => names.push(word.clone()),
+            },
+            _ => {}
+        }
+    }
+    // The first is the type.
+    names.into_iter().skip(1)
+}
+
+/// Gives the names of a file in a line their own; components of structures are none.
+pub(super) fn rename(tokens: &mut [Kind], names: &HashMap<String, String>) {
+    if names.is_empty() {
+        return;
+    }
+    let (mut depth, mut is_component) = (0, false);
+    for token in tokens {
+        match token {
+            Kind::Word(word) => {
+                if let Some(own) = names.get(word.as_str()).filter(|_| !is_component) {
+                    word.clone_from(own);
+                }
+                is_component = false;
+            }
+            Kind::Symbol(symbol) => {
+                depth += i32::from(*symbol == "{") - i32::from(*symbol == "}");
+                // Of `{E6POS: X 1}`, too.
+                is_component = match *symbol {
+                    "." => true,
+                    "{" | "," | ":" => depth > 0,
+                    _ => false,
+                };
+            }
+            _ => is_component = false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_several_modules_are_told_apart() {
+        let main = "DEF a()\nEND\nDEF feed()\nEND\nDEFDAT a\nDECL E6POS XP1={X 1}\nENDDAT\n";
+        let other = "DEF b()\nEND\nDEF feed()\nEND\n";
+        let list = "DEFDAT b\nINT XP1[3],N\nDECL GLOBAL REAL V=1\nENDDAT\n";
+        let found = renamed(&[main, other, list]);
+        assert!(found[0].is_empty());
+        let own = |name: &str| (name.to_owned(), format!("{name} of b"));
+        let both: HashMap<_, _> = [own("xp1"), own("feed")].into();
+        assert_eq!((&found[1], &found[2]), (&both, &both));
+
+        // A GLOBAL one keeps its name, and the main file's own is another.
+        let hides = "DEF a()\nEND\nDEFDAT a\nREAL V=2\nENDDAT\n";
+        let found = renamed(&[hides, list]);
+        assert_eq!(found[0], [("v".to_owned(), "v of a".to_owned())].into());
+        assert!(found[1].is_empty());
+
+        let mut line = lines("P.XP1={XP1 XP1,V XP1[XP1]}", false).remove(0).tokens.unwrap();
+        rename(&mut line, &[own("xp1")].into());
+        let own = |at: usize| matches!(&line[at], Kind::Word(word) if word.ends_with(" of b"));
+        let renamed: Vec<usize> = (0..line.len()).filter(|&at| own(at)).collect();
+        // P . XP1 = { XP1 XP1 , V XP1 [ XP1 ] }
+        assert_eq!(renamed, [6, 9, 11]);
+    }
+}

@@ -1,0 +1,76 @@
+//! Procedures and functions of the files, with what they are given.
+
+use std::collections::HashMap;
+
+use super::interpreter::{Datum, Flow, Interpreter};
+use super::syntax::{Args, Expr, Name, Routine};
+use super::value::Value;
+
+static NO_ARGS: Args = Args { positional: Vec::new(), optional: Vec::new() };
+
+impl<'a> Interpreter<'a> {
+    /// `MoveLSync p, v, z, tool, "prc";`: the procedure that runs where the move ends.
+    pub(super) fn synced(&mut self, line: usize, name: &Name, args: &'a Args) -> Flow {
+        let Some(Expr::Text(text)) = args.positional.last() else {
+            self.not_in_file(line, &format!("the procedure of {}", name.shown));
+            return Flow::Next;
+        };
+        // Its module may stand before it.
+        let own = text.rsplit(':').next().unwrap_or(text).trim();
+        let Some(routine) = self.file.procedures.get(&own.to_lowercase()) else {
+            self.not_in_file(line, own);
+            return Flow::Next;
+        };
+        self.doubt_procedure(line, routine);
+        match self.call_routine(routine, &NO_ARGS) {
+            Flow::Exit => Flow::Exit,
+            _ => Flow::Next,
+        }
+    }
+
+    /// Runs a procedure or function with these arguments.
+    pub(super) fn call_routine(&mut self, routine: &'a Routine, args: &'a Args) -> Flow {
+        let options = self.options(args);
+        let mut given = args.positional.iter();
+        let mut frame: HashMap<String, Datum<'a>> = HashMap::new();
+        let mut back = Vec::new();
+        for parameter in &routine.parameters {
+            let mut stands_for = None;
+            let value = if parameter.optional {
+                let named = options.iter().find(|(name, _)| *name == parameter.name.key);
+                named.map_or(Value::Absent, |(_, value)| value.clone())
+            } else {
+                match given.next() {
+                    Some(expr) => {
+                        if let (true, Expr::Ref(path)) = (parameter.by_reference, expr) {
+                            stands_for = self.of_module(path);
+                            if stands_for.is_none() {
+                                back.push((&**path, parameter.name.key.as_str()));
+                            }
+                        }
+                        self.eval(expr)
+                    }
+                    None => Value::unknown(format!(
+                        "'{}' is called without its argument '{}'",
+                        routine.name.shown, parameter.name.shown
+                    )),
+                }
+            };
+            let datum = Datum { kind: parameter.kind.as_str(), value, stands_for };
+            frame.insert(parameter.name.key.clone(), datum);
+        }
+        self.frames.push(frame);
+        let flow = self.block(&routine.body);
+        let frame = self.frames.pop().unwrap_or_default();
+        for (path, key) in back {
+            if let Some(datum) = frame.get(key) {
+                // Predefined data and those of other modules cannot be written and stay as they
+                // are.
+                if self.write(path, datum.value.clone()).is_err() {
+                    self.forget_name(&path.name.key);
+                }
+            }
+        }
+        flow
+    }
+}

@@ -1,0 +1,288 @@
+//! What public programs of KUKA and ABB cells do across their files, and what they set beside motion, that was passed
+//! over in silence or refused for a wrong reason. Expected figures are worked out by hand.
+
+use detune::motion::{Target, Timing};
+use detune::notes::{Class, Code};
+use detune::program::{Companion, Dialect, Program, Settings, read};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::support::{at, end, settings};
+
+fn job(files: &[(&str, &str)]) -> Settings {
+    let companion =
+        |(name, text): &(&str, &str)| Companion { name: (*name).into(), text: (*text).into() };
+    Settings { companions: files.iter().map(companion).collect(), ..settings() }
+}
+
+#[track_caller]
+fn of(text: &str, dialect: Dialect, job: &Settings) -> Program {
+    read(text.as_bytes(), dialect, job).unwrap_or_else(|found| panic!("{text}: {found:?}"))
+}
+
+/// Where each line of the main program goes, mm along an axis, and how fast, mm/s; the first move apart.
+fn along(program: &Program, axis: usize) -> Vec<(f64, f64)> {
+    let of = |each| {
+        let (_, pose): (char, nalgebra::Isometry3<f64>) = end(each);
+        let round = |value: f64| (value * 1e6).round() / 1e3;
+        (round(pose.translation.vector[axis]), round(each.feed_m_per_s))
+    };
+    program.moves.iter().skip(1).map(of).collect()
+}
+
+fn doubts(program: &Program) -> Vec<(Code, usize)> {
+    let told = program.warnings.iter().filter(|note| note.code.class() == Class::Doubt);
+    told.map(|note| (note.code, at(note))).collect()
+}
+
+const START: &str = "PTP {X 0,Y 0,Z 500,A 0,B 0,C 180}";
+
+fn krl(body: &str) -> Program {
+    of(&format!("DEF p()\n$VEL.CP=0.1\n{START}\n{body}\nEND\n"), Dialect::Krl, &settings())
+}
+
+#[track_caller]
+fn krl_refused(body: &str, why: &str) {
+    let text = format!("DEF p()\n{START}\n{body}\nEND\n");
+    let found = read(text.as_bytes(), Dialect::Krl, &settings()).expect_err(body);
+    assert!(found.iter().any(|note| note.what.contains(why)), "{why}: {found:?}");
+}
+
+/// Two taught programs have a point XP1, a speed V and a routine of their own under the same names.
+#[test]
+fn data_and_routines_of_krl_belong_to_their_module() {
+    let point = |x: u16| format!("DECL E6POS XP1={{X {x},Y 0,Z 500,A 0,B 0,C 180}}");
+    let list = |name: &str, x: u16, v: &str| format!("DEFDAT {name}\n{}\n{v}\nENDDAT\n", point(x));
+    let (own, other) = (list("a", 100, "REAL V=0.05"), list("b", 200, "REAL V=0.01"));
+    let main = format!(
+        "DEF a()\n{START}\n$VEL.CP=V\nLIN XP1\nb()\nfeed()\nLIN XP1\nEND\nDEF feed()\n$VEL.CP=0.02\nEND\n"
+    );
+    let sub =
+        "DEF b()\n$VEL.CP=V\nLIN XP1\nfeed()\nLIN {X 250}\nEND\nDEF feed()\n$VEL.CP=0.03\nEND\n";
+    let mut files = vec![("b.src", sub), ("a.dat", &*own), ("b.dat", &*other)];
+    for _ in 0..3 {
+        files.rotate_left(1);
+        let program = of(&main, Dialect::Krl, &job(&files));
+        assert_eq!(
+            along(&program, 0),
+            [(100.0, 50.0), (200.0, 10.0), (250.0, 30.0), (100.0, 20.0)]
+        );
+    }
+    // The program's own hides a GLOBAL one, which others see.
+    let global = list("b", 200, "DECL GLOBAL REAL V=0.01").replace("DEFDAT b", "DEFDAT b PUBLIC");
+    for files in [[("a.dat", &*own), ("b.dat", &*global)], [("b.dat", &*global), ("a.dat", &*own)]]
+    {
+        let main = format!("DEF a()\n{START}\n$VEL.CP=V\nLIN XP1\nEND\n");
+        assert_eq!(along(&of(&main, Dialect::Krl, &job(&files)), 0), [(100.0, 50.0)]);
+    }
+    let files = [("b.dat", &*global)];
+    let main = format!("DEF a()\n{START}\n$VEL.CP=V\nLIN {{X 9}}\nEND\n");
+    assert_eq!(along(&of(&main, Dialect::Krl, &job(&files)), 0), [(9.0, 10.0)]);
+}
+
+#[test]
+fn how_the_tool_turns_on_lines_and_arcs() {
+    let a_deg = |program: &Program| -> Vec<f64> {
+        let first = end(&program.moves[0]).1.rotation;
+        let turned = |each| (end(each).1.rotation.angle_to(&first).to_degrees()).round();
+        program.moves.iter().skip(1).map(turned).collect()
+    };
+    let turn = "LIN {X 50,A 90}";
+    assert_eq!(a_deg(&krl(turn)), [90.0]);
+    let constant = krl(&format!("$ORI_TYPE=#CONSTANT\n{turn}\n$ORI_TYPE=#VAR\nLIN {{X 0,A 90}}"));
+    assert_eq!(a_deg(&constant), [0.0, 90.0]);
+    let form = krl(&format!("LDAT_ACT={{VEL 0.1,ORI_TYP #CONSTANT}}\nBAS(#CP_DAT)\n{turn}"));
+    assert_eq!(a_deg(&form), [0.0]);
+    let with = krl("SLIN {X 50,A 90} WITH $ORI_TYPE=#CONSTANT\nSLIN {X 0,A 90}");
+    assert_eq!(a_deg(&with), [0.0, 90.0]);
+    assert!([&constant, &form, &with].into_iter().all(|program| doubts(program).is_empty()));
+    let unread = krl(&format!("SPLINE\nS{turn} WITH $ORI_TYPE=#IGNORE\nENDSPLINE"));
+    assert_eq!(doubts(&unread), [(Code::AxisIgnored, 5)]);
+    let arc = "CIRC {X 50,Y 50},{X 100,Y 0}";
+    assert_eq!(doubts(&krl(&format!("$CIRC_TYPE=#PATH\n{arc}"))), [(Code::AxisIgnored, 5)]);
+    assert_eq!(doubts(&krl(&format!("$CIRC_TYPE=#BASE\n{arc}"))), []);
+}
+
+#[test]
+fn what_may_change_path_or_speed_is_a_doubt() {
+    for set in ["$VEL_PTP=10", "$RED_VEL=10", "$XYZ_SPEED=1"] {
+        assert_eq!(
+            doubts(&krl(&format!("{set}\nLIN {{X 9}}"))),
+            [(Code::ChangeIgnored, 4)],
+            "{set}"
+        );
+    }
+    let weave = "$TECH[1].MODE=#CYCLE\nLIN {X 9}";
+    assert_eq!(doubts(&krl(weave)), [(Code::MotionLeftOut, 4)]);
+    assert_eq!(doubts(&krl(&weave.replace("CYCLE", "OFF"))), []);
+    // Each way over a place that no file gives.
+    let twice = krl("SPTP XHOME\nPTP {X 9}\nPTP XHOME2\nPTP {X 0}");
+    assert_eq!(doubts(&twice), [(Code::MotionLeftOut, 4), (Code::MotionLeftOut, 6)]);
+    // The inline form's data are in no file.
+    krl_refused("FDAT_ACT=FP1\nBAS(#CP_PARAMS,0.1)\nLIN {X 9}", "'fp1' is declared in no file");
+    krl_refused("LDAT_ACT=LCP1\nBAS(#CP_DAT)\nLIN {X 9}", "'lcp1' is declared in no file");
+}
+
+#[test]
+fn krl_that_was_refused_for_a_wrong_reason() {
+    let dwell = krl("WAIT SEC .15\nLIN {X .5}");
+    assert_eq!(dwell.moves[1].timing, Timing::Seconds(0.15));
+    assert_eq!(along(&dwell, 0)[1].0, 0.5);
+    for endless in ["WHILE TRUE\nLIN {X 9}\nENDWHILE", "REPEAT\nLIN {X 9}\nUNTIL FALSE"] {
+        let program = krl(endless);
+        assert_eq!((program.moves.len(), doubts(&program)), (2, vec![(Code::MotionLeftOut, 4)]));
+    }
+    let later = krl("PDAT_ACT=PCP1\nBAS(#PTP_DAT)\nBAS(#VEL_PTP,10)\nPTP {X 9}");
+    assert_eq!(later.moves[1].timing, Timing::Joints(0.1));
+    krl_refused(
+        "PTP {A1 0,A2 0,A3 0,A4 0,A5 9,A6 0}\nLIN_REL {X 9}",
+        "the point before is given by axes",
+    );
+    krl_refused("STOP WHEN PATH=5", "STOP is no statement");
+}
+
+const DATA: &str = "CONST robtarget p1:=[[800,0,800],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+                    CONST robtarget p2:=[[800,200,800],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+                    PERS wobjdata w1:=[FALSE,TRUE,\"\",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n\
+                    PERS tooldata t1:=[TRUE,[[0,0,50],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n\
+                    VAR num n:=0;\n";
+
+/// The body begins on line 9, behind a move to p1; `more` stands behind the procedure.
+fn abb(body: &str, more: &str, job: &Settings) -> Program {
+    of(&module(body, more), Dialect::Rapid, job)
+}
+
+fn module(body: &str, more: &str) -> String {
+    format!(
+        "MODULE m\n{DATA}PROC main()\nMoveJ p1,v100,fine,t1;\n{body}\nENDPROC\n{more}\nENDMODULE\n"
+    )
+}
+
+#[track_caller]
+fn abb_refused(body: &str, more: &str, why: &str) {
+    let found = read(module(body, more).as_bytes(), Dialect::Rapid, &settings()).expect_err(body);
+    assert!(found.len() == 1 && found[0].what.contains(why), "{why}: {found:?}");
+}
+
+#[test]
+fn a_synchronised_procedure_runs_where_its_move_ends() {
+    let body = "MoveLSync p2,v100,fine,t1,\"prc\";\nMoveL p1,v100,fine,t1;";
+    let procedure = "PROC prc()\nVelSet 10,5000;\nMoveL Offs(p2,0,0,-200),v100,fine,t1;\nENDPROC";
+    let program = abb(body, procedure, &settings());
+    assert_eq!(along(&program, 2), [(800.0, 100.0), (600.0, 10.0), (800.0, 10.0)]);
+    let missing = abb(body, "", &settings());
+    assert_eq!(doubts(&missing), [(Code::MotionLeftOut, 9)]);
+}
+
+#[test]
+fn copies_and_parts_of_tool0_and_wobj0() {
+    let heights = |body: &str| -> Vec<f64> {
+        along(&abb(body, "", &settings()), 2).into_iter().map(|(z, _)| z).collect()
+    };
+    let to = "MoveL p2,v100,fine,t1\\WObj:=w1;";
+    assert_eq!(heights(&format!("w1:=wobj0;\nw1.oframe.trans.z:=-300;\n{to}")), [500.0]);
+    assert_eq!(
+        heights(&format!("w1.uframe.trans.z:=-100;\nw1.oframe:=wobj0.oframe;\n{to}")),
+        [700.0]
+    );
+    let tool = "t1:=tool0;\nt1.tframe.trans.z:=200;\nt1.tload.mass:=12;\nMoveL p2,v100,fine,t1;";
+    let program = abb(tool, "", &settings());
+    assert!((program.moves[1].tcp.translation.z - 0.2).abs() < 1e-12);
+    assert_eq!(program.moves[1].stated.load.as_ref().map(|load| load.mass_kg), Some(12.0));
+}
+
+#[test]
+fn data_of_other_files_that_the_program_sets() {
+    let go = "MoveL p2,v100,fine,t1\\WObj:=wAct;";
+    let job = Settings { work_object: Some(nalgebra::Isometry3::identity()), ..settings() };
+    // As a whole they are what the program says.
+    let known = abb(&format!("w1.oframe.trans.z:=-300;\nwAct:=w1;\n{go}"), "", &job);
+    assert_eq!((along(&known, 2)[0].0, doubts(&known)), (500.0, vec![]));
+    // Of a part that is set the rest is not known, and the job does not stand in.
+    let part = abb(&format!("wAct:=w1;\nwAct.oframe.trans:=[0,0,-300];\n{go}"), "", &job);
+    assert_eq!(doubts(&part), [(Code::ChangeIgnored, 11)]);
+    assert_eq!(doubts(&abb(go, "", &job)), []);
+}
+
+/// VAR, PERS and INOUT parameters are other names of the caller's data.
+#[test]
+fn parameters_by_reference_are_other_names() {
+    let layer = |kind: &str| {
+        format!(
+            "PROC layer({kind} num k)\nMoveL Offs(p2,0,0,-50*n),v100,fine,t1;\nn:=n+1;\nENDPROC"
+        )
+    };
+    for kind in ["INOUT", "VAR"] {
+        let program = abb("layer n;\nlayer n;", &layer(kind), &settings());
+        assert_eq!(along(&program, 2).iter().map(|it| it.0).collect::<Vec<_>>(), [800.0, 750.0]);
+    }
+    let set = "PROC go(INOUT num k)\nk:=-100;\nMoveL Offs(p2,0,0,n),v100,fine,t1;\nENDPROC";
+    assert_eq!(along(&abb("go n;", set, &settings()), 2)[0].0, 700.0);
+    // By value the caller's stays.
+    assert_eq!(along(&abb("go n;", &set.replace("INOUT ", ""), &settings()), 2)[0].0, 800.0);
+    let inner = "PROC outer(INOUT num k)\ngo k;\nENDPROC\n";
+    assert_eq!(along(&abb("outer n;", &format!("{inner}{set}"), &settings()), 2)[0].0, 700.0);
+    let field =
+        "PROC sink(INOUT pose f)\nf.trans.z:=-70;\nMoveL p2,v100,fine,t1\\WObj:=w1;\nENDPROC";
+    assert_eq!(along(&abb("sink w1.oframe;", field, &settings()), 2)[0].0, 730.0);
+}
+
+#[test]
+fn times_traps_and_half_turns() {
+    let timed = abb("VelSet 50,5000;\nMoveL p2,v100\\T:=5,fine,t1;", "", &settings());
+    assert_eq!(timed.moves[1].timing, Timing::Seconds(10.0));
+    let connect = "CONNECT i1 WITH tr;\nMoveL p2,v100,fine,t1;";
+    assert_eq!(doubts(&abb(connect, "", &settings())), [(Code::MotionLeftOut, 9)]);
+    assert_eq!(doubts(&abb(connect, "TRAP tr\nTPWrite \"x\";\nENDTRAP", &settings())), []);
+
+    let half = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI);
+    let turned =
+        (half * UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0., 0., 1., 0.))).coords;
+    let to = format!(
+        "MoveL [[800,200,800],[{},{},{},{}],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,t1;",
+        turned.w, turned.x, turned.y, turned.z
+    );
+    assert_eq!(doubts(&abb(&to, "", &settings())), [(Code::AxisIgnored, 9)]);
+    // Joints go the way that they go.
+    assert_eq!(doubts(&abb(&to.replace("MoveL", "MoveJ"), "", &settings())), []);
+}
+
+#[test]
+fn functions_and_operators_of_known_data() {
+    let offs = |z: &str| {
+        along(&abb(&format!("MoveL Offs(p2,0,0,{z}),v100,fine,t1;"), "", &settings()), 2)[0].0
+    };
+    assert_eq!(offs("Max(3,Min(9,7))"), 807.0);
+    assert_eq!(offs("StrLen(StrPart(\"abcdef\",2,4))"), 804.0);
+    assert_eq!(offs("DotProd([1,2,3],[4,5,6])"), 832.0);
+    let cross = "n:=DotProd([1,0,0]*[0,1,0],[0,0,5]);\nMoveL Offs(p2,0,0,n),v100,fine,t1;";
+    assert_eq!(along(&abb(cross, "", &settings()), 2)[0].0, 805.0);
+    let turned =
+        "VAR robtarget p3;\np3:=p2;\np3.rot:=p3.rot*OrientZYX(10,0,0);\nMoveL p3,v100,fine,t1;";
+    let program = abb(turned, "", &settings());
+    let [from, to] = [0, 1].map(|i| end(&program.moves[i]).1.rotation);
+    assert!((from.angle_to(&to).to_degrees() - 10.0).abs() < 1e-6);
+    let text = "VAR string s:=\"12\";\nVAR bool ok;\nok:=StrToVal(s,n);\nMoveL Offs(p2,0,0,StrLen(s)),v100,fine,t1;";
+    assert_eq!(along(&abb(text, "", &settings()), 2)[0].0, 802.0);
+    let array = "VAR num a{2,3};\nMoveL Offs(p2,0,0,Dim(a,2)),v100,fine,t1;";
+    assert_eq!(along(&abb(array, "", &settings()), 2)[0].0, 803.0);
+    let Target::Line(_) = &program.moves[1].to else { panic!("a line") };
+}
+
+#[test]
+fn what_is_refused_says_why() {
+    let found = read(
+        b"MODULE m\nPROC main()\nmotion_A;\nENDPROC\nENDMODULE\n",
+        Dialect::Rapid,
+        &settings(),
+    );
+    let found = found.expect_err("nothing moves");
+    assert!(
+        at(&found[0]) == 3 && found[0].what.contains("'motion_A' is not in this file"),
+        "{found:?}"
+    );
+    let ask = "FUNC bool Ask()\nIF di1=1 THEN\nRETURN TRUE;\nELSE\nRETURN FALSE;\nENDIF\nENDFUNC";
+    let text = module("IF Ask() MoveL p2,v100,fine,t1;", ask);
+    let found = read(text.as_bytes(), Dialect::Rapid, &settings()).expect_err("it asks");
+    assert!(found.iter().all(|note| !note.what.contains("returns nothing")), "{found:?}");
+    abb_refused("RAISE 10;", "", "outside an error handler");
+}
