@@ -453,9 +453,8 @@ fn alias_between(
     told
 }
 
-/// Gives the modes their columns in the table: the lowest, but for a pose that lacks modes and
-/// whose
-/// shapes say which.
+/// Gives the modes their columns in the table: the lowest, but for a pose that lacks modes, where
+/// those that were left out or shapes say which.
 fn number(poses: &mut [PoseModes], notes: &mut Vec<Note>) {
     let count = |pose: &PoseModes| pose.modes.iter().filter(|m| m.suspicion.is_none()).count();
     let counts: Vec<usize> = poses.iter().map(count).collect();
@@ -466,22 +465,27 @@ fn number(poses: &mut [PoseModes], notes: &mut Vec<Note>) {
         // Shapes change with the pose: those of some pose with all modes must do.
         full.filter_map(|(full, _)| places(&listed(pose), &listed(full))).next()
     };
-    let found: Vec<Option<Vec<usize>>> = poses.iter().map(of).collect();
+    let found: Vec<Option<(Vec<usize>, &str)>> = poses
+        .iter()
+        .map(|pose| {
+            let by_rank = beside_left_out(pose, most).map(|at| (at, "with those left out"));
+            by_rank.or_else(|| of(pose).map(|at| (at, "by their shapes")))
+        })
+        .collect();
     for ((pose, count), found) in poses.iter_mut().zip(&counts).zip(found) {
         are_placed &= *count == most || found.is_some();
-        if let Some(found) = &found {
+        if let Some((found, by)) = &found {
             let words = |at: &usize| (at + 1).to_string();
             let held: Vec<String> = found.iter().map(words).collect();
             let what = format!(
-                "a pose has {count} of {most} modes, by their shapes f{}; the others are blank in \
-                 its row",
+                "a pose has {count} of {most} modes, {by} f{}; the others are blank in its row",
                 held.join(", f")
             );
             let place =
                 pose.id.clone().map_or_else(Place::default, |id| Place::part(Part::Record(id)));
             notes.push(Note::warning(Code::ModesDiffer, place, what));
         }
-        let found = found.unwrap_or_else(|| (0..*count).collect());
+        let found = found.map_or_else(|| (0..*count).collect(), |(found, _)| found);
         let own = pose.modes.iter_mut().filter(|mode| mode.suspicion.is_none());
         own.zip(found).for_each(|(mode, at)| mode.number = Some(at + 1));
     }
@@ -493,6 +497,22 @@ fn number(poses: &mut [PoseModes], notes: &mut Vec<Note>) {
         );
         notes.push(Note::warning(Code::ModesDiffer, Place::default(), what));
     }
+}
+
+/// Places of a pose's modes among all of its modes, if there are `most` with those that were left
+/// out and whose frequency is known.
+fn beside_left_out(pose: &PoseModes, most: usize) -> Option<Vec<usize>> {
+    /// Relative deviation.
+    const KNOWN: f64 = 3e-3;
+    let is_left_out = |mode: &&PoseMode| {
+        matches!(mode.suspicion, Some(Code::Unsettled | Code::AmplitudeDependent))
+            && mode.frequency_std_hz < KNOWN * mode.frequency_hz
+    };
+    let is_listed = |mode: &&PoseMode| mode.suspicion.is_none();
+    let all = || pose.modes.iter().filter(|mode| is_listed(mode) || is_left_out(mode));
+    let are_all = all().count() == most && all().any(|mode| is_left_out(&mode));
+    let own = all().enumerate().filter(|(_, mode)| is_listed(mode)).map(|(at, _)| at);
+    are_all.then(|| own.collect())
 }
 
 fn listed(pose: &PoseModes) -> Vec<Placed<'_>> {

@@ -6,6 +6,7 @@
 
 use std::fmt;
 
+use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -230,6 +231,39 @@ fn curvature(
     let least = x.iter().zip(moments).min_by(by_size).map_or(0.0, |(x, _)| *x);
     let stiffens = bend * (most - least) > 0.0;
     Ok(Some(Curvature { p_value, stiffens, is_significant: p_value < 0.01 }))
+}
+
+/// A jump of the angle where the moment changes its sign.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Jump {
+    /// From one side to the other, rad.
+    pub(crate) size_rad: f64,
+    /// Of the lines on either side, N·m/rad.
+    pub(crate) stiffness: f64,
+}
+
+/// The jump that play makes, or a spring that is soft near zero: θ = a + M/k + g sign(M), where g
+/// is above zero at the level of 1 %. `None` too where the joint was not loaded both ways.
+pub(crate) fn jump(angles_rad: &[f64], moments_nm: &[f64]) -> Option<Jump> {
+    const LEVEL: f64 = 0.01;
+    let sides = [1.0, -1.0].map(|side| moments_nm.iter().filter(|m| **m * side > 0.0).count());
+    if sides.into_iter().any(|rows| rows < MIN_ROWS) {
+        return None;
+    }
+    let most = moments_nm.iter().fold(0.0, |most: f64, m| most.max(m.abs()));
+    let rows = || moments_nm.iter().map(|m| Vector3::new(1.0, m / most, m.signum()));
+    let normal: Matrix3<f64> = rows().map(|row| row * row.transpose()).sum();
+    let inverse = normal.try_inverse()?;
+    let right: Vector3<f64> = rows().zip(angles_rad).map(|(row, angle)| row * *angle).sum();
+    let found = inverse * right;
+    let left: f64 = rows().zip(angles_rad).map(|(r, angle)| (angle - r.dot(&found)).powi(2)).sum();
+    let freedom = angles_rad.len() as f64 - 3.0;
+    let (jump, slope) = (found[2], found[1] / most);
+    let t = jump / (left / freedom * inverse[(2, 2)]).sqrt();
+    let is_there = t > 0.0 && slope > 0.0 && students_t(freedom).ok()?.sf(t.min(1e300)) < LEVEL;
+    // Less is rounding.
+    let is_there = is_there && jump > ROUNDING.sqrt() * slope * most;
+    is_there.then(|| Jump { size_rad: 2.0 * jump, stiffness: slope.recip() })
 }
 
 fn students_t(freedom: f64) -> Result<StudentsT, StiffnessFault> {

@@ -4,6 +4,7 @@ use super::estimate::Origin;
 use super::mode::Mode;
 use super::prepare::{Prepared, RecordKind};
 use super::record::{Channel, Data, Record};
+use super::shapes::mac;
 use crate::notes::{Code, Note, Notes, Part};
 use crate::units::{hz_from_rpm, percent_from_ratio, rad_per_s_from_hz};
 
@@ -35,9 +36,10 @@ pub(super) fn check(
                     but left out of the table";
         notes.warning(Code::Clipping, None, what);
     }
-    for mode in &mut *modes {
+    let own: Vec<bool> = (0..modes.len()).map(|at| stands_alone(prepared, modes, at)).collect();
+    for (mode, stands_alone) in modes.iter_mut().zip(own) {
         tones(record, prepared, mains_hz, mode, notes);
-        uncertain(mode, notes);
+        uncertain(mode, stands_alone, notes);
         if mode.suspicion.is_none() {
             length(prepared, mode, notes);
             coherence(prepared, mode, notes);
@@ -154,8 +156,35 @@ fn tones(
     mode.suspicion = is_unforced.then_some(Code::Tone);
 }
 
+/// Whether the fit alone makes a mode certain: all respond in proportion, it is known well, and it
+/// is no part of a louder mode near it, as its shape is another. Least squares of rising order may
+/// pass over a light mode between loud ones, the more so the more channels hold the loud ones alone.
+fn stands_alone(prepared: &Prepared, modes: &[Mode], at: usize) -> bool {
+    /// Relative deviations of damping and frequency.
+    const DAMPING: f64 = 0.1;
+    const FREQUENCY: f64 = 1e-3;
+    /// Decay rates of both within which another mode may be the same one, and what the modal
+    /// assurance criterion of two is below.
+    const WIDTHS: f64 = 5.0;
+    const OTHER_SHAPE: f64 = 0.9;
+    let mode = &modes[at];
+    let is_known = mode.damping_std < DAMPING * mode.damping_ratio
+        && mode.frequency_std_hz < FREQUENCY * mode.frequency_hz;
+    let is_linear = modes.iter().all(|mode| mode.drift.is_none());
+    let is_record = matches!(prepared.kind, RecordKind::FreeDecay | RecordKind::Hammer);
+    if !(is_known && is_linear && is_record) {
+        return false;
+    }
+    let width = |mode: &Mode| mode.damping_ratio.abs() * mode.frequency_hz;
+    modes.iter().enumerate().filter(|(other, _)| *other != at).all(|(_, other)| {
+        let apart = (mode.frequency_hz - other.frequency_hz).abs();
+        apart > WIDTHS * (width(mode) + width(other))
+            || mac(&mode.shape, &other.shape).is_some_and(|mac| mac < OTHER_SHAPE)
+    })
+}
+
 /// A fitted pole that is no mode: damping may be zero, or nothing but the fit supports it.
-fn uncertain(mode: &mut Mode, notes: &mut Notes) {
+fn uncertain(mode: &mut Mode, stands_alone: bool, notes: &mut Notes) {
     /// Relative standard deviation of vague damping, where no order of the stabilisation diagram
     /// has the mode.
     const VAGUE_DAMPING: f64 = 0.5;
@@ -182,6 +211,14 @@ fn uncertain(mode: &mut Mode, notes: &mut Notes) {
         mode.damping_std,
         percent_from_ratio(mode.support)
     );
+    if !is_unsettled && stands_alone {
+        let what = format!(
+            "{found} is supported by the fit alone, which knows it well: listed; compare it with \
+             another record"
+        );
+        notes.warning(Code::Unsettled, None, what);
+        return;
+    }
     let what = match is_unsettled {
         true => format!("{found} is too uncertain to be a mode: left out of the table"),
         false => format!(

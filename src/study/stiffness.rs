@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 
 use super::Read;
-use crate::identify::stiffness::{StiffnessFault, StiffnessFit, fit_stiffness};
+use crate::identify::stiffness::{Jump, StiffnessFault, StiffnessFit, fit_stiffness, jump};
 use crate::input::{LoadTestRow, read_load_test};
 use crate::notes::{Code, Note, Part, Place};
 use crate::units::ratio_from_percent;
@@ -28,7 +28,7 @@ fn in_words<S: Serializer>(warnings: &[Note], to: S) -> Result<S::Ok, S::Error> 
 }
 
 /// Warnings on how far a stiffness holds.
-fn warnings(joint: Option<&String>, fit: &StiffnessFit) -> Vec<Note> {
+fn warnings(joint: Option<&String>, fit: &StiffnessFit, jump: Option<Jump>) -> Vec<Note> {
     let mut warnings = Vec::new();
     let mut warn = |code, what: String| {
         let place =
@@ -45,6 +45,21 @@ fn warnings(joint: Option<&String>, fit: &StiffnessFit) -> Vec<Note> {
                 curvature.p_value
             ),
         );
+    }
+    if let Some(Jump { size_rad, stiffness }) = jump {
+        let what = format!(
+            "the angle jumps by {size_rad:.2e} where the load changes its direction, as play makes \
+             it, and lowers k; on either side the line has k = {stiffness:.4e}"
+        );
+        warn(Code::LoadDependent, what);
+    }
+    let inverse = fit.stiffness / fit.r_squared;
+    if fit.r_squared > 0.0 && inverse > fit.interval[1] {
+        let what = format!(
+            "k and its interval hold where the moments scatter; if the angles do, k is {inverse:.4e} \
+             (1/R² times as much); load more, or measure the angle more finely"
+        );
+        warn(Code::TooLittleData, what);
     }
     if fit.interval[0] <= 0.0 {
         let what = "the interval includes zero, so the stiffness is not known; check signs and \
@@ -82,7 +97,7 @@ pub fn stiffness(
         let moments: Vec<f64> = rows.iter().map(|row| row.moment_nm).collect();
         match fit_stiffness(&angles, &moments, confidence) {
             Ok(fit) => {
-                let warnings = warnings(joint.as_ref(), &fit);
+                let warnings = warnings(joint.as_ref(), &fit, jump(&angles, &moments));
                 found.push(JointStiffness { joint, fit, warnings });
             }
             Err(fault) => {
@@ -127,6 +142,27 @@ mod tests {
 
     fn row(joint: &str, angle_rad: f64, moment_nm: f64, line: usize) -> LoadTestRow {
         LoadTestRow { joint: Some(joint.into()), angle_rad, moment_nm, line }
+    }
+
+    /// k = 500 000 N·m/rad, loads from 50 to 500 N·m both ways, angles as they are, with play of 0.3
+    /// mrad to either side, and with noise of 0.2 mrad.
+    #[test]
+    fn play_and_noise_of_angles_are_told() {
+        const K: f64 = 5e5;
+        let told = |angle: &dyn Fn(usize, f64) -> f64| -> Vec<String> {
+            let loads =
+                (0..40).map(|i| (25.0 + 25.0 * f64::from(i / 2)) * [1.0, -1.0][i as usize % 2]);
+            let rows = loads.enumerate().map(|(i, m)| row("a", m / K + angle(i, m), m, i + 2));
+            let found = stiffness(&rows.collect::<Vec<_>>(), 95.0).unwrap().remove(0);
+            found.warnings.into_iter().map(|note| note.what).collect()
+        };
+        let noise =
+            |std: f64| move |i: usize, _| std * (2.4 * (i as f64).powi(2)).sin() * 2_f64.sqrt();
+        assert_eq!(told(&noise(1e-6)), Vec::<String>::new());
+        let play = told(&|i, m: f64| 3e-4 * m.signum() + noise(1e-6)(i, m));
+        assert!(play[0].contains("jumps by 6.00e-4") && play[0].contains("k = 5.00"), "{play:?}");
+        let scatter = told(&noise(2e-4));
+        assert!(scatter.iter().any(|what| what.contains("if the angles do")), "{scatter:?}");
     }
 
     /// Rows of two joints, mixed: joint b cannot be fitted, and says so at its first line.

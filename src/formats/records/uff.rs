@@ -242,6 +242,17 @@ fn data_set(
     Ok(DataSet { line: first_line, function, label, reference, step, first, uneven, values })
 }
 
+/// What a specific data type of data set 58 measures.
+fn quantity(data_type: Option<i64>) -> Option<&'static str> {
+    match data_type? {
+        8 => Some("displacement"),
+        9 | 13 => Some("force"),
+        11 => Some("velocity"),
+        12 => Some("acceleration"),
+        _ => None,
+    }
+}
+
 /// How the numbers of a data set are laid out: its record 7.
 struct Layout {
     is_double: bool,
@@ -438,11 +449,19 @@ impl Found {
                 let channels = &self.file.channels;
                 let title = &set.label.alias;
                 let is_new = |name: &str| channels.iter().all(|c| c.label.name != name);
+                let is_other = |label: &Label| {
+                    let mut same = channels.iter().filter(|c| c.label.name == label.name);
+                    same.all(|c| c.label.data_type != label.data_type)
+                };
                 let is_new_title = channels.iter().all(|c| c.label.alias != *title);
                 let name = match (is_new(name), is_new_title && is_new(title)) {
                     (true, _) => name.clone(),
                     (false, true) if !matches!(title.as_str(), "" | "NONE") => title.clone(),
-                    _ => return bad(format!("response {name} comes twice")),
+                    // Force and acceleration of a driving point.
+                    _ => match quantity(set.label.data_type).map(|own| format!("{name} {own}")) {
+                        Some(own) if is_other(&set.label) && is_new(&own) => own,
+                        _ => return bad(format!("response {name} comes twice")),
+                    },
                 };
                 self.step = Some(step);
                 self.file.sample_rate_hz = Some(step.recip());
@@ -648,6 +667,11 @@ pub(super) mod tests {
             let notes = reported(broken.as_bytes()).unwrap_err();
             assert!(notes[0].starts_with(expected), "{from}: {notes:?}");
         }
+        // A driving point has a force and an acceleration.
+        let force = text_set(3, &samples, 13).replace("point 3", "NONE");
+        let both = reported((good.replace("point 3", "NONE") + &force).as_bytes()).unwrap();
+        let names: Vec<&str> = both.channels.iter().map(|c| c.label.name.as_str()).collect();
+        assert_eq!(names, ["3+X", "3+X force"]);
         let twice = good.clone() + &good;
         assert!(reported(twice.as_bytes()).unwrap_err()[0].contains("comes twice"));
         for cut in (0..good.len()).step_by(7) {
