@@ -533,6 +533,43 @@ impl PoseModes {
 mod tests {
     use super::*;
 
+    /// Three modes at most in a row: of two rows that list two, one knows of a third between them,
+    /// the other of none.
+    #[test]
+    fn what_was_left_out_keeps_its_column() {
+        let mode = |frequency_hz: f64, suspicion| PoseMode {
+            frequency_hz,
+            frequency_std_hz: 1e-3,
+            damping_ratio: 0.02,
+            damping_std: 1e-3,
+            suspicion,
+            number: None,
+            members: Vec::new(),
+            shape: Vec::new(),
+        };
+        let pose = |modes: &[(f64, Option<Code>)]| PoseModes {
+            pose: Pose::Joints(Vec::new()),
+            conditions: Conditions::default(),
+            id: None,
+            sample_rate_hz: None,
+            modes: modes.iter().map(|&(hz, code)| mode(hz, code)).collect(),
+        };
+        let unsettled = Some(Code::Unsettled);
+        let mut poses = [
+            pose(&[(8.0, None), (9.0, None), (14.0, None)]),
+            pose(&[(8.0, None), (9.0, unsettled), (14.0, None)]),
+            pose(&[(8.0, unsettled), (9.0, None), (14.0, None)]),
+            pose(&[(9.0, None), (14.0, None)]),
+            // A tone is none of the arm's modes.
+            pose(&[(8.0, Some(Code::Mains)), (9.0, None), (14.0, None)]),
+        ];
+        number(&mut poses, &mut Vec::new());
+        let columns =
+            |pose: &PoseModes| pose.modes.iter().filter_map(|m| m.number).collect::<Vec<_>>();
+        let expected: [&[usize]; 5] = [&[1, 2, 3], &[1, 3], &[2, 3], &[1, 2], &[1, 2]];
+        assert_eq!(poses.each_ref().map(columns), expected.map(<[usize]>::to_vec));
+    }
+
     /// By hand: weights 1 and 1/4, a distance of 3, so χ² = 9/5; between the records lies
     /// (9/5 − 1)/(5/4 − 17/20) = 2, weights become 1/3 and 1/6.
     #[test]

@@ -158,7 +158,8 @@ fn tones(
 
 /// Whether the fit alone makes a mode certain: all respond in proportion, it is known well, and it
 /// is no part of a louder mode near it, as its shape is another. Least squares of rising order may
-/// pass over a light mode between loud ones, the more so the more channels hold the loud ones alone.
+/// pass over a light mode between loud ones, the more so the more channels hold the loud ones
+/// alone.
 fn stands_alone(prepared: &Prepared, modes: &[Mode], at: usize) -> bool {
     /// Relative deviations of damping and frequency.
     const DAMPING: f64 = 0.1;

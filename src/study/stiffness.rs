@@ -56,8 +56,8 @@ fn warnings(joint: Option<&String>, fit: &StiffnessFit, jump: Option<Jump>) -> V
     let inverse = fit.stiffness / fit.r_squared;
     if fit.r_squared > 0.0 && inverse > fit.interval[1] {
         let what = format!(
-            "k and its interval hold where the moments scatter; if the angles do, k is {inverse:.4e} \
-             (1/R² times as much); load more, or measure the angle more finely"
+            "k and its interval hold where the moments scatter; if the angles do, k is \
+             {inverse:.4e} (1/R² times as much); load more, or measure the angle more finely"
         );
         warn(Code::TooLittleData, what);
     }
@@ -144,8 +144,8 @@ mod tests {
         LoadTestRow { joint: Some(joint.into()), angle_rad, moment_nm, line }
     }
 
-    /// k = 500 000 N·m/rad, loads from 50 to 500 N·m both ways, angles as they are, with play of 0.3
-    /// mrad to either side, and with noise of 0.2 mrad.
+    /// k = 500 000 N·m/rad, loads from 50 to 500 N·m both ways, angles as they are, with play of
+    /// 0.3 mrad to either side, and with noise of 0.2 mrad.
     #[test]
     fn play_and_noise_of_angles_are_told() {
         const K: f64 = 5e5;

@@ -114,8 +114,8 @@ pub(super) struct Lexer<'t> {
     /// Whether the last statement asked for a line that is not there.
     pub(super) is_cut: bool,
     in_comment: bool,
-    /// Creo's `$$-> CSYS` and CATIA's `$$*CATIA0`: line and numbers of the one that is read, numbers
-    /// of the first.
+    /// Creo's `$$-> CSYS` and CATIA's `$$*CATIA0`: line and numbers of the one that is read,
+    /// numbers of the first.
     system: Option<(usize, Vec<f64>)>,
     first_system: Option<Vec<f64>>,
     /// The line of one that is not the first again.

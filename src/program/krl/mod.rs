@@ -19,6 +19,7 @@ mod parser;
 mod run;
 mod signals;
 mod syntax;
+mod turns;
 mod value;
 mod walk;
 mod words;
@@ -36,7 +37,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut file = File::default();
     let others = settings.companions.iter().map(|companion| &*companion.text);
     let texts: Vec<&str> = std::iter::once(text).chain(others).collect();
-    let renamed = modules::renamed(&texts);
+    let renamed = modules::renamed(&texts, &modules::named_by_job(settings));
     let names = |number: usize| renamed.get(number).cloned().unwrap_or_default();
     parser::parse(text, &mut file, 0, &names(0));
     if let Some(line) = file.is_cut {

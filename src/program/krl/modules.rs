@@ -1,12 +1,18 @@
-//! Names that several files have, each its own: what a data list declares without GLOBAL belongs to
-//! the module of that name, and so does every routine of a file behind the first that is not GLOBAL.
+//! Names that several files have, each its own: what a data list declares without GLOBAL belongs
+//! to the module of that name, and so does every routine of a file behind the first that is not
+//! GLOBAL.
 //!
 //! Where files have one name each, it is another name in each of them, as they are read.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::lexer::Kind;
 use super::lines::{Line, lines};
+use super::signals::named_by;
+use super::value::base;
+use super::words::is_predefined_type;
+use crate::program::cell::all;
+use crate::program::{Setter, Settings};
 
 /// What a file says of names, in lower case.
 #[derive(Default)]
@@ -20,11 +26,22 @@ struct Declared {
 /// By file: what names stand for in it.
 pub(super) type Renamed = Vec<HashMap<String, String>>;
 
-/// The names of files, the main one first.
-pub(super) fn renamed(texts: &[&str]) -> Renamed {
+/// What the job names means the same in all files.
+pub(super) fn named_by_job(settings: &Settings) -> HashSet<String> {
+    let procedures = all(settings).filter_map(|(_, by)| match &by.what {
+        Setter::Procedure(name, _) => Some(name.to_lowercase()),
+        _ => None,
+    });
+    let start = settings.procedure.iter().map(|name| name.to_lowercase());
+    let assumed = settings.assume.keys().map(|name| base(name).to_lowercase());
+    procedures.chain(start).chain(assumed).chain(named_by(settings)).collect()
+}
+
+/// The names of files, the main one first, but for those that are `kept`.
+pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
     let all: Vec<Declared> = texts.iter().map(|text| declared(text)).collect();
     // Who has a name: the modules, and whether it is GLOBAL somewhere.
-    let mut owners: HashMap<&str, (HashSet<&str>, bool)> = HashMap::new();
+    let mut owners: HashMap<&str, (BTreeSet<&str>, bool)> = HashMap::new();
     for (name, module) in all.iter().flat_map(|file| &file.names) {
         let (modules, is_global) = owners.entry(name).or_default();
         match module {
@@ -36,14 +53,14 @@ pub(super) fn renamed(texts: &[&str]) -> Renamed {
     let is_main = |module: &str| main.is_some_and(|own| own.contains(module));
     let mut renamed: Renamed = vec![HashMap::new(); all.len()];
     for (name, (modules, is_global)) in owners {
-        if modules.len() + usize::from(is_global) < 2 {
+        if modules.len() + usize::from(is_global) < 2 || kept.contains(name) {
             continue;
         }
         // Who has no other name: all files that have none of their own, or else the main one.
         for module in modules.into_iter().filter(|module| is_global || !is_main(module)) {
             let files = renamed.iter_mut().zip(&all);
             for (names, _) in files.filter(|(_, file)| file.modules.contains(module)) {
-                names.insert(name.to_owned(), format!("{name} of {module}"));
+                names.entry(name.to_owned()).or_insert_with(|| format!("{name} of {module}"));
             }
         }
     }
@@ -73,6 +90,8 @@ fn declared(text: &str) -> Declared {
             }
             _ => {
                 let Some(module) = &list else { continue };
+                // What the controller's own lists declare is seen everywhere.
+                let is_global = is_global || module.starts_with('$');
                 let own = (!is_global).then(|| module.clone());
                 found.names.extend(data(&line).map(|name| (name, own.clone())));
             }
@@ -88,8 +107,13 @@ fn words(line: &Line) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The data of `DECL GLOBAL E6POS XP1={…}`, `INT N[3],M`.
+/// The data of `DECL GLOBAL E6POS XP1={…}`, `INT N[3],M`; SIGNAL, EXT, STRUC and the like declare
+/// none.
 fn data(line: &Line) -> impl Iterator<Item = String> {
+    let first = words(line).next().unwrap_or("");
+    let declares = matches!(first, "decl" | "global" | "const") || is_predefined_type(first);
+    let other = ["signal", "ext", "extfct", "struc", "enum", "interrupt", "import"];
+    let is_other = words(line).take(2).any(|word| other.contains(&word));
     let mut depth = 0;
     let mut names: Vec<String> = Vec::new();
     for token in line.tokens() {
@@ -105,7 +129,8 @@ fn data(line: &Line) -> impl Iterator<Item = String> {
         }
     }
     // The first is the type.
-    names.into_iter().skip(1)
+    let names = names.into_iter().skip(1).filter(|name| !name.starts_with('$'));
+    names.filter(move |_| declares && !is_other)
 }
 
 /// Gives the names of a file in a line their own; components of structures are none.
@@ -145,7 +170,8 @@ mod tests {
         let main = "DEF a()\nEND\nDEF feed()\nEND\nDEFDAT a\nDECL E6POS XP1={X 1}\nENDDAT\n";
         let other = "DEF b()\nEND\nDEF feed()\nEND\n";
         let list = "DEFDAT b\nINT XP1[3],N\nDECL GLOBAL REAL V=1\nENDDAT\n";
-        let found = renamed(&[main, other, list]);
+        let none = HashSet::new();
+        let found = renamed(&[main, other, list], &none);
         assert!(found[0].is_empty());
         let own = |name: &str| (name.to_owned(), format!("{name} of b"));
         let both: HashMap<_, _> = [own("xp1"), own("feed")].into();
@@ -153,9 +179,21 @@ mod tests {
 
         // A GLOBAL one keeps its name, and the main file's own is another.
         let hides = "DEF a()\nEND\nDEFDAT a\nREAL V=2\nENDDAT\n";
-        let found = renamed(&[hides, list]);
+        let found = renamed(&[hides, list], &none);
         assert_eq!(found[0], [("v".to_owned(), "v of a".to_owned())].into());
         assert!(found[1].is_empty());
+
+        // Nothing of these is a name that a module has for itself.
+        let lists = ["a", "b"].map(|name| {
+            format!(
+                "DEFDAT {name}\nEXT BAS (BAS_COMMAND :IN,REAL :IN )\nSTRUC FOO REAL V, INT K\n\
+                 SIGNAL SPD $ANOUT[1]\nSIGNAL M $OUT[1] TO $OUT[8]\nDECL REAL JOB=1\nENDDAT\n"
+            )
+        });
+        let config = "DEFDAT $CONFIG PUBLIC\nDECL E6POS XP1={X 1}\nENDDAT\n";
+        let job = HashSet::from(["job".to_owned()]);
+        let found = renamed(&["DEF p()\nEND\n", &lists[0], &lists[1], config], &job);
+        assert!(found.iter().all(HashMap::is_empty), "{found:?}");
 
         let mut line = lines("P.XP1={XP1 XP1,V XP1[XP1]}", false).remove(0).tokens.unwrap();
         rename(&mut line, &[own("xp1")].into());

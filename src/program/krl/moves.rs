@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3};
 
-use super::orientation::Turns;
 use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
+use super::turns::Turns;
 use super::value::{AXES, EXTERNAL, FRAME, Parts, Value, base, frame, numbers, part, pose};
 use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Configuration, Load, Target};

@@ -3,44 +3,11 @@
 use nalgebra::Isometry3;
 
 use super::run::Run;
-use super::value::Value;
+use super::turns::OnLines;
 use crate::notes::Code;
 
 /// Turns below this are rounding, rad.
 const NO_TURN_RAD: f64 = 1e-5;
-
-/// What the program has set.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Turns {
-    on_lines: OnLines,
-    /// The tool turns with the arc: $CIRC_TYPE #PATH.
-    with_arc: bool,
-}
-
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-enum OnLines {
-    /// #VAR: to the orientation of the target.
-    #[default]
-    ToTarget,
-    /// #CONSTANT: not at all.
-    Not,
-    /// #JOINT, #IGNORE, or not known: to where is not read.
-    Unread,
-}
-
-impl Turns {
-    pub(super) fn set_type(&mut self, value: &Value) {
-        self.on_lines = match value {
-            Value::Enum(name) if matches!(name.as_str(), "var" | "variable") => OnLines::ToTarget,
-            Value::Enum(name) if matches!(name.as_str(), "constant" | "const") => OnLines::Not,
-            _ => OnLines::Unread,
-        };
-    }
-
-    pub(super) fn set_arc(&mut self, value: &Value) {
-        self.with_arc = !matches!(value, Value::Enum(name) if name == "base");
-    }
-}
 
 impl<'a> Run<'a> {
     /// The end of a line or an arc, with the orientation that the tool has there.

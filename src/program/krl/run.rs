@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::orientation::Turns;
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
+use super::turns::Turns;
 use super::value::{Sort, Type, Value, base, unset};
 use super::walk::{expressions, functions_in};
 use super::words::{fills, is_harmless, is_own_function, is_without_effect, sounds_like_motion};

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::interpreter::{Datum, Flow, Interpreter};
-use super::syntax::{Args, Expr, Name, Routine};
+use super::syntax::{Args, Expr, Name, Optional, Routine};
 use super::value::Value;
 
 static NO_ARGS: Args = Args { positional: Vec::new(), optional: Vec::new() };
@@ -38,6 +38,20 @@ impl<'a> Interpreter<'a> {
             let mut stands_for = None;
             let value = if parameter.optional {
                 let named = options.iter().find(|(name, _)| *name == parameter.name.key);
+                let own = args.optional.iter().find(|(name, _)| *name == parameter.name.key);
+                match own.filter(|_| parameter.by_reference) {
+                    Some((_, Optional::Value(Expr::Ref(path)))) => {
+                        stands_for = self.of_module(path);
+                        if stands_for.is_none() {
+                            back.push((&**path, parameter.name.key.as_str()));
+                        }
+                    }
+                    Some((_, Optional::IfPresent(outer))) => {
+                        let outer = self.frames.last().and_then(|frame| frame.get(&outer.key));
+                        stands_for = outer.and_then(|datum| datum.stands_for.clone());
+                    }
+                    _ => {}
+                }
                 named.map_or(Value::Absent, |(_, value)| value.clone())
             } else {
                 match given.next() {
@@ -67,7 +81,7 @@ impl<'a> Interpreter<'a> {
                 // Predefined data and those of other modules cannot be written and stay as they
                 // are.
                 if self.write(path, datum.value.clone()).is_err() {
-                    self.forget_name(&path.name.key);
+                    self.assign_elsewhere(path, datum.value.clone());
                 }
             }
         }

@@ -86,10 +86,11 @@ impl<'a> Interpreter<'a> {
         let Place { scope, key, way } = match self.place(path) {
             Ok(place) => place,
             Err(why) => {
-                let known = self.assigned.get(path.name.key.as_str()).filter(|_| path.is_whole());
-                let known = known.cloned().or_else(|| self.predefined_part(path));
+                let known = self.predefined_part(path);
                 let known = known.or_else(|| self.output(&path.name.key));
                 let known = known.or_else(|| self.assumed(&path.name.key));
+                let own = || self.assigned.get(path.name.key.as_str()).cloned();
+                let known = known.or_else(|| own().filter(|_| path.is_whole()));
                 return known.unwrap_or(Value::unknown(why));
             }
         };
@@ -278,6 +279,20 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// What a parameter of the routine that runs is now.
+    fn parameter(&self, key: &str) -> Option<Value> {
+        let datum = self.frames.last().and_then(|frame| frame.get(key))?;
+        let Some((other, way)) = &datum.stands_for else { return Some(datum.value.clone()) };
+        let mut value = self.root(Scope::Module, other)?;
+        for index in way {
+            value = match value {
+                Value::List(items) => items.get(*index)?,
+                other => other,
+            };
+        }
+        Some(value.clone())
+    }
+
     /// The optional arguments of a call that are there.
     pub(super) fn options(&mut self, args: &'a Args) -> Vec<(String, Value)> {
         let mut options = Vec::new();
@@ -285,13 +300,9 @@ impl<'a> Interpreter<'a> {
             let value = match option {
                 Optional::Switch => Value::Bool(true),
                 Optional::Value(expr) => self.eval(expr),
-                Optional::IfPresent(parameter) => {
-                    let datum = self.frames.last().and_then(|frame| frame.get(&parameter.key));
-                    datum.map_or_else(
-                        || Value::unknown(undeclared(parameter)),
-                        |datum| datum.value.clone(),
-                    )
-                }
+                Optional::IfPresent(parameter) => self
+                    .parameter(&parameter.key)
+                    .unwrap_or_else(|| Value::unknown(undeclared(parameter))),
             };
             if value != Value::Absent {
                 options.push((name.clone(), value));

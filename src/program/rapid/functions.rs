@@ -155,7 +155,7 @@ fn str_part(given: &Given) -> Result<Value, String> {
     let is_whole = |number: f64, least: f64| number.fract() == 0.0 && number >= least;
     // Whole and not negative, and beyond the end `get` finds nothing.
     let part = (is_whole(from, 1.0) && is_whole(length, 0.0))
-        .then(|| text.get(from as usize - 1..from as usize - 1 + length as usize))
+        .then(|| text.get(from as usize - 1..(from as usize - 1).saturating_add(length as usize)))
         .flatten()
         .ok_or_else(|| format!("characters {from} and {length} more lie beyond the string"))?;
     Value::text(&part.iter().collect::<String>())

@@ -69,14 +69,18 @@ impl<'a> Interpreter<'a> {
 
     /// Of data that other tasks may read.
     pub(super) fn doubt_assignment(&mut self, line: usize, path: &Path, expr: Option<&Expr>) {
-        let key = path.name.key.as_str();
+        // A parameter by reference is another name of the caller's datum.
+        let local = self.frames.last().and_then(|frame| frame.get(&path.name.key));
+        let module = local.and_then(|datum| datum.stands_for.as_ref()).map(|(key, _)| *key);
+        let key = module.unwrap_or(&path.name.key);
         let fields = || {
             path.steps.iter().filter_map(|step| match step {
                 Step::Field(field) => Some(field.as_str()),
                 Step::Index(_) => None,
             })
         };
-        let looks_so = is_spindles(&path.name.shown) || fields().any(is_spindles);
+        let looks_so =
+            is_spindles(&path.name.shown) || is_spindles(key) || fields().any(is_spindles);
         if looks_so
             && self.may_reach_others(key)
             && !fields().any(|field| PARTS.contains(&field))

@@ -295,29 +295,35 @@ impl<'a> Interpreter<'a> {
         if self.file.data.contains_key(&name.key) {
             self.globals.insert(&name.key, Global::Known(value.clone()));
         }
-        if let Some(own) = self.assigned.get_mut(name.key.as_str()) {
-            *own = value.clone();
+        if matches!(value, Value::Unknown(_)) && !self.is_declared(&name.key) {
+            self.assigned.insert(&name.key, value.clone());
         }
     }
 
-    /// Of a tool, a frame or a place that no file declares the program knows what it has set it to as
-    /// a whole; others may set numbers, too.
-    fn assign_elsewhere(&mut self, path: &'a Path, value: Value) {
+    /// Of a tool, a frame or a place that no file declares the program knows what it has set it to
+    /// as a whole; others may set numbers, too.
+    pub(super) fn assign_elsewhere(&mut self, path: &'a Path, value: Value) {
         let key = path.name.key.as_str();
         self.forget_name(key);
-        let is_here = self.frames.last().is_some_and(|frame| frame.contains_key(key));
-        if is_here || self.file.data.contains_key(key) {
+        if self.is_declared(key) {
             return;
         }
+        let trapped = self.trapped.get(key).cloned();
+        let value = trapped.unwrap_or(value);
         let value = match (path.is_whole(), value) {
-            (true, value @ (Value::List(_) | Value::Tool0 | Value::Wobj0)) => value,
-            (true, _) => return,
+            (true, Value::Num(_) | Value::Bool(_) | Value::Text(_) | Value::Absent) => return,
+            (true, value) => value,
             (false, _) => Value::unknown(format!(
                 "the program sets a part of '{}', which is declared in no file that is read",
                 path.name.shown
             )),
         };
         self.assigned.insert(key, value);
+    }
+
+    fn is_declared(&self, key: &str) -> bool {
+        self.frames.last().is_some_and(|frame| frame.contains_key(key))
+            || self.file.data.contains_key(key)
     }
 
     /// `parts`: from, to, step.

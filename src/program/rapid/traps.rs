@@ -97,14 +97,14 @@ impl<'a> Interpreter<'a> {
 
     /// A datum of the module that a trap sets.
     fn trap(&mut self, name: &'a Name) {
-        if !self.file.data.contains_key(&name.key) {
-            return;
-        }
         let assumed = self.settings.assume.get(&name.key).map(|own| Value::from(*own));
         let value = assumed.unwrap_or_else(|| {
             let what = "a TRAP sets it when its interrupt comes: known only at run time";
             Value::unknown(format!("'{}': {what}", name.shown))
         });
+        if !self.file.data.contains_key(&name.key) && matches!(value, Value::Unknown(_)) {
+            self.assigned.insert(&name.key, value.clone());
+        }
         self.trapped.insert(&name.key, value);
     }
 

@@ -3,7 +3,7 @@
 
 use detune::motion::{Target, Timing};
 use detune::notes::{Class, Code};
-use detune::program::{Companion, Dialect, Program, Settings, read};
+use detune::program::{Companion, Dialect, Program, SetBy, Setter, Settings, Spindle, read};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::support::{at, end, settings};
@@ -74,6 +74,16 @@ fn data_and_routines_of_krl_belong_to_their_module() {
         let main = format!("DEF a()\n{START}\n$VEL.CP=V\nLIN XP1\nEND\n");
         assert_eq!(along(&of(&main, Dialect::Krl, &job(&files)), 0), [(100.0, 50.0)]);
     }
+    // What every data list of a controller has is no module's own.
+    let stock = "EXT BAS (BAS_COMMAND :IN,REAL :IN )\nSIGNAL SPD $ANOUT[1]";
+    let lists = ["a", "b"].map(|name| format!("DEFDAT {name}\n{stock}\nENDDAT\n"));
+    let sub = "DEF b()\nBAS(#VEL_CP,0.2)\n$ANOUT[1]=0.9\nLIN {X 9}\nEND\n";
+    let mut cell = job(&[("b.src", sub), ("a.dat", &lists[0]), ("b.dat", &lists[1])]);
+    let what = Setter::Signal("$ANOUT[1]".to_owned());
+    cell.spindle_from = Some(SetBy { what, per_unit: 1e4 });
+    let program = of(&format!("DEF a()\n{START}\nb()\nEND\n"), Dialect::Krl, &cell);
+    assert_eq!(along(&program, 0), [(9.0, 200.0)]);
+    assert_eq!(program.moves[1].stated.spindle, Some(Spindle::Turns(Some(9000.0))));
     let files = [("b.dat", &*global)];
     let main = format!("DEF a()\n{START}\n$VEL.CP=V\nLIN {{X 9}}\nEND\n");
     assert_eq!(along(&of(&main, Dialect::Krl, &job(&files)), 0), [(9.0, 10.0)]);
@@ -201,6 +211,18 @@ fn data_of_other_files_that_the_program_sets() {
     let part = abb(&format!("wAct:=w1;\nwAct.oframe.trans:=[0,0,-300];\n{go}"), "", &job);
     assert_eq!(doubts(&part), [(Code::ChangeIgnored, 11)]);
     assert_eq!(doubts(&abb(go, "", &job)), []);
+    // Nor where a routine, a branch that the run decides or a trap may have set it.
+    let set = "PROC setw(INOUT wobjdata w)\nw.oframe.trans.z:=-300;\nENDPROC";
+    let trap = "TRAP tr\nwAct:=w1;\nENDTRAP";
+    for (body, more) in [
+        ("setw wAct;", set),
+        ("IF di1=1 THEN\nwAct:=w1;\nENDIF", ""),
+        ("CONNECT i1 WITH tr;\nwAct:=w1;", trap),
+    ] {
+        let program = abb(&format!("{body}\n{go}"), more, &job);
+        let at = 9 + body.matches('\n').count() + 1;
+        assert_eq!(doubts(&program), [(Code::ChangeIgnored, at)], "{body}: {:?}", program.warnings);
+    }
 }
 
 /// VAR, PERS and INOUT parameters are other names of the caller's data.
@@ -221,6 +243,13 @@ fn parameters_by_reference_are_other_names() {
     assert_eq!(along(&abb("go n;", &set.replace("INOUT ", ""), &settings()), 2)[0].0, 800.0);
     let inner = "PROC outer(INOUT num k)\ngo k;\nENDPROC\n";
     assert_eq!(along(&abb("outer n;", &format!("{inner}{set}"), &settings()), 2)[0].0, 700.0);
+    let option = set.replace("go(INOUT", "go(\\INOUT");
+    assert_eq!(along(&abb("go \\k:=n;", &option, &settings()), 2)[0].0, 700.0);
+    let handed = format!("PROC outer(\\INOUT num k)\ngo \\k?k;\nENDPROC\n{option}");
+    assert_eq!(along(&abb("outer \\k:=n;", &handed, &settings()), 2)[0].0, 700.0);
+    // A datum with a spindle's name is that by any other.
+    let spin = "PERS num nSpindleRpm:=0;\nPROC foo(INOUT num k)\nk:=90000;\nENDPROC";
+    assert_eq!(doubts(&abb("foo nSpindleRpm;", spin, &settings())).len(), 1);
     let field =
         "PROC sink(INOUT pose f)\nf.trans.z:=-70;\nMoveL p2,v100,fine,t1\\WObj:=w1;\nENDPROC";
     assert_eq!(along(&abb("sink w1.oframe;", field, &settings()), 2)[0].0, 730.0);
