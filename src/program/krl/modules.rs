@@ -81,8 +81,8 @@ fn declared(text: &str) -> Declared {
             "enddat" => list = None,
             "def" | "deffct" => {
                 let is_function = line.first() == "deffct";
-                let own = words(&line).skip_while(|word| !word.starts_with("def"));
-                let Some(name) = own.skip(1 + usize::from(is_function)).next() else { continue };
+                let mut own = words(&line).skip_while(|word| !word.starts_with("def"));
+                let Some(name) = own.nth(1 + usize::from(is_function)) else { continue };
                 let module = first.get_or_insert_with(|| name.to_owned()).clone();
                 let is_global = is_global || module == name;
                 found.modules.insert(module.clone());
