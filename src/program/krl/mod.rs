@@ -8,6 +8,7 @@
 
 mod calls;
 mod eval;
+mod forms;
 mod hints;
 mod interrupts;
 mod lexer;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3};
 
+use super::forms::{BASE, TOOL};
 use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
 use super::turns::Turns;
@@ -70,8 +71,12 @@ impl<'a> Run<'a> {
         };
         let number = self.eval(index).num();
         let set = match (path.name.as_str(), from.name.as_str()) {
-            ("$tool", "tool_data") => number.and_then(|n| self.take_tool(n)),
+            ("$tool", "tool_data") => {
+                self.states(TOOL);
+                number.and_then(|n| self.take_tool(n))
+            }
             ("$base", "base_data") => {
+                self.states(BASE);
                 number.and_then(|n| self.base_frame(n)).map(|frame| self.base = frame)
             }
             _ => return false,
@@ -114,10 +119,14 @@ impl<'a> Run<'a> {
                 self.over = share;
             }
             ("$tool", None) => {
+                self.states(TOOL);
                 self.tcp = self.own_tool(line, value)?;
                 self.log.tcp_of(None);
             }
-            ("$base", None) => self.base = self.own_base(line, value)?,
+            ("$base", None) => {
+                self.states(BASE);
+                self.base = self.own_base(line, value)?;
+            }
             ("$tool" | "$base", Some(_)) => {
                 return Err("components of frames are set one by one, which is not read".into());
             }
@@ -255,7 +264,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn choose_tool(&mut self, line: usize, number: f64) -> Result<(), String> {
+    pub(super) fn choose_tool(&mut self, line: usize, number: f64) -> Result<(), String> {
         self.take_tool(number)?;
         // A tool whose load no file gives says nothing of it.
         match self.datum(&format!("load_data[{number}]")) {
@@ -286,8 +295,12 @@ impl<'a> Run<'a> {
             "acc_cp" | "acc_ptp" | "acc_gluecp" | "ov_pro" | "acc_ori" => Ok(()),
             "vel_cp" => self.set_basic_velocity(line, number),
             "vel_ptp" => self.set_basic_share(line, number),
-            "tool" => self.choose_tool(line, number.num()?),
+            "tool" => {
+                self.states(TOOL);
+                self.choose_tool(line, number.num()?)
+            }
             "base" => {
+                self.states(BASE);
                 self.base = self.base_frame(number.num()?)?;
                 Ok(())
             }
@@ -373,41 +386,9 @@ impl<'a> Run<'a> {
         let world = self.settings.base_frames.get(&0).or(self.settings.work_object.as_ref());
         self.base = world.copied().unwrap_or_default();
         self.turns = Turns::default();
+        self.unknown_form = None;
         // Where there is none the robot has its flange until it is told another.
         drop(self.take_tool(1.0));
-        Ok(())
-    }
-
-    /// VEL of the data of an inline form.
-    fn velocity_of_form(&mut self, data: &str) -> Result<Value, String> {
-        let name = data.to_uppercase();
-        match self.datum(data) {
-            Value::Parts(mut form) => form.remove("vel").ok_or(format!("{name} has no VEL")),
-            Value::Unknown(why) => Err(format!("{name}.VEL is not known: {why}")),
-            _ => Err(format!("{name} is no structure")),
-        }
-    }
-
-    /// Tool and base of FDAT_ACT, which the inline form has set.
-    fn frames_of_form(&mut self, line: usize) -> Result<(), String> {
-        let form = match self.datum("fdat_act") {
-            Value::Parts(form) => form,
-            Value::Unknown(why) if self.globals.contains_key("fdat_act") => {
-                return Err(format!("tool and base are not known: FDAT_ACT: {why}"));
-            }
-            _ => return Ok(()),
-        };
-        if let Some(Value::Enum(mode)) = form.get("ipo_frame")
-            && mode == "tcp"
-        {
-            return Err("a stationary tool (#TCP) is not supported".to_owned());
-        }
-        if let Some(number) = part(&form, "tool_no")? {
-            self.choose_tool(line, number)?;
-        }
-        if let Some(number) = part(&form, "base_no")? {
-            self.base = self.base_frame(number)?;
-        }
         Ok(())
     }
 
@@ -507,6 +488,9 @@ impl<'a> Run<'a> {
             let q = self.external.joints(&q.map(rad_from_deg))?;
             self.log.motion(line, Target::Joints(q), self.tcp, pace);
             return Ok(());
+        }
+        if let Some((why, _)) = &self.unknown_form {
+            return Err(why.clone());
         }
         let end = self.target(parts, motion.is_relative)?;
         // The controller turns the arm on PTP alone.

@@ -95,6 +95,9 @@ pub(super) struct Run<'a> {
     pub(super) turning: [Option<f64>; 2],
     /// $VEL_AXIS, the lowest share.
     pub(super) joint_share: Option<f64>,
+    /// Why tool and base of the last inline form are not known, and which the program has stated
+    /// since.
+    pub(super) unknown_form: Option<(String, [bool; 2])>,
     /// $ORI_TYPE and $CIRC_TYPE.
     pub(super) turns: Turns,
     /// $OV_PRO as a share.
@@ -138,6 +141,7 @@ impl<'a> Run<'a> {
             velocity: None,
             turning: [None; 2],
             joint_share: None,
+            unknown_form: None,
             turns: Turns::default(),
             over: 1.0,
             joints: None,

@@ -129,6 +129,9 @@ fn what_may_change_path_or_speed_is_a_doubt() {
     assert_eq!(doubts(&twice), [(Code::MotionLeftOut, 4), (Code::MotionLeftOut, 6)]);
     // The inline form's data are in no file.
     krl_refused("FDAT_ACT=FP1\nBAS(#CP_PARAMS,0.1)\nLIN {X 9}", "'fp1' is declared in no file");
+    let home = "PDAT_ACT=PDEFAULT\nFDAT_ACT=FHOME\nBAS(#PTP_PARAMS,100)\nPTP XHOME";
+    let form = "FDAT_ACT={TOOL_NO 0,BASE_NO 0}\nBAS(#CP_PARAMS,0.1)\nLIN {X 9}";
+    assert_eq!(along(&krl(&format!("{form}\n{home}")), 0), [(9.0, 100.0)]);
     krl_refused("LDAT_ACT=LCP1\nBAS(#CP_DAT)\nLIN {X 9}", "'lcp1' is declared in no file");
 }
 

@@ -1,0 +1,57 @@
+//! Data of inline forms, which BAS reads: PDAT_ACT, LDAT_ACT, FDAT_ACT.
+
+use super::run::Run;
+use super::value::{Value, part};
+
+/// Of what a form states.
+pub(super) const TOOL: usize = 0;
+pub(super) const BASE: usize = 1;
+
+impl Run<'_> {
+    /// VEL of the data of an inline form.
+    pub(super) fn velocity_of_form(&mut self, data: &str) -> Result<Value, String> {
+        let name = data.to_uppercase();
+        match self.datum(data) {
+            Value::Parts(mut form) => form.remove("vel").ok_or(format!("{name} has no VEL")),
+            Value::Unknown(why) => Err(format!("{name}.VEL is not known: {why}")),
+            _ => Err(format!("{name} is no structure")),
+        }
+    }
+
+    /// The program states its tool or its base beside the inline form, which need not be known then.
+    pub(super) fn states(&mut self, which: usize) {
+        if let Some((_, stated)) = &mut self.unknown_form {
+            stated[which] = true;
+            if *stated == [true; 2] {
+                self.unknown_form = None;
+            }
+        }
+    }
+
+    /// Tool and base of FDAT_ACT, which the inline form has set.
+    pub(super) fn frames_of_form(&mut self, line: usize) -> Result<(), String> {
+        let form = match self.datum("fdat_act") {
+            Value::Parts(form) => form,
+            // Homes have one, too, whose data are the controller's: only a move to a pose needs it.
+            Value::Unknown(why) if self.globals.contains_key("fdat_act") => {
+                let what = format!("tool and base are not known: FDAT_ACT: {why}");
+                self.unknown_form = Some((what, [false; 2]));
+                return Ok(());
+            }
+            _ => return Ok(()),
+        };
+        self.unknown_form = None;
+        if let Some(Value::Enum(mode)) = form.get("ipo_frame")
+            && mode == "tcp"
+        {
+            return Err("a stationary tool (#TCP) is not supported".to_owned());
+        }
+        if let Some(number) = part(&form, "tool_no")? {
+            self.choose_tool(line, number)?;
+        }
+        if let Some(number) = part(&form, "base_no")? {
+            self.base = self.base_frame(number)?;
+        }
+        Ok(())
+    }
+}
