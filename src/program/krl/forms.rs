@@ -18,7 +18,8 @@ impl Run<'_> {
         }
     }
 
-    /// The program states its tool or its base beside the inline form, which need not be known then.
+    /// The program states its tool or its base beside the inline form, which need not be known
+    /// then.
     pub(super) fn states(&mut self, which: usize) {
         if let Some((_, stated)) = &mut self.unknown_form {
             stated[which] = true;
