@@ -145,7 +145,7 @@ mod tests {
     }
 
     /// k = 500 000 N·m/rad, loads from 50 to 500 N·m both ways, angles as they are, with play of
-    /// 0.3 mrad to either side, and with noise of 0.2 mrad.
+    /// 0.3 mrad to either side, and with noise of 0.4 mrad.
     #[test]
     fn play_and_noise_of_angles_are_told() {
         const K: f64 = 5e5;
@@ -162,7 +162,7 @@ mod tests {
         let play = told(&|i, m: f64| 3e-4 * m.signum() + noise(1e-6)(i, m));
         let k: f64 = play[0].rsplit("k = ").next().unwrap().parse().unwrap();
         assert!(play[0].contains("jumps by 6.00e-4") && (k / K - 1.0).abs() < 1e-3, "{play:?}");
-        let scatter = told(&noise(2e-4));
+        let scatter = told(&noise(4e-4));
         assert!(scatter.iter().any(|what| what.contains("if the angles do")), "{scatter:?}");
     }
 
