@@ -309,6 +309,12 @@ impl<'a> Run<'a> {
             "svel_cp" | "svel_joint" => {
                 first.cloned().unwrap_or_else(|| Value::unknown("no speed"))
             }
+            // How the tool turns on its lines and arcs.
+            "sori_typ" | "scirc_typ" => {
+                let part = if name == "sori_typ" { "ori_typ" } else { "circ_typ" };
+                let of = first.and_then(|form| form.parts().ok()?.get(part).cloned());
+                of.unwrap_or_else(|| Value::unknown(format!("{part} is in no file that is read")))
+            }
             "stool" | "stool2" | "sload" => {
                 let number = first.map(|value| number_of(value, "tool_no"));
                 known(

@@ -19,7 +19,12 @@ use crate::program::{Pace, tool_number};
 use crate::units::{rad_from_deg, ratio_from_percent};
 
 /// Speeds, orientation, tool and base.
-type Kept = ((Option<f64>, Option<f64>, [Option<f64>; 2]), Turns, Isometry3<f64>, Isometry3<f64>);
+type Kept = (
+    (Option<f64>, Option<f64>, [Option<f64>; 2]),
+    Turns,
+    (Isometry3<f64>, Isometry3<f64>),
+    Option<(String, [bool; 2])>,
+);
 
 /// More than any axis turns, rad.
 const TURNS: f64 = 20.0;
@@ -439,12 +444,12 @@ impl<'a> Run<'a> {
     /// What WITH may set for a motion.
     fn kept(&self) -> Kept {
         let speeds = (self.velocity, self.joint_share, self.turning);
-        (speeds, self.turns, self.tcp, self.base)
+        (speeds, self.turns, (self.tcp, self.base), self.unknown_form.clone())
     }
 
     fn keep(&mut self, kept: Kept) {
         let speeds;
-        (speeds, self.turns, self.tcp, self.base) = kept;
+        (speeds, self.turns, (self.tcp, self.base), self.unknown_form) = kept;
         (self.velocity, self.joint_share, self.turning) = speeds;
     }
 
@@ -483,6 +488,9 @@ impl<'a> Run<'a> {
                 return Err("a line or arc to joint positions".to_owned());
             }
             let q = self.joint_target(parts, motion.is_relative)?;
+            if let Some((why, _)) = &self.unknown_form {
+                self.log.warning(Code::ChangeIgnored, line, why.clone());
+            }
             let pace = self.joint_pace();
             self.log.configure(None);
             let q = self.external.joints(&q.map(rad_from_deg))?;

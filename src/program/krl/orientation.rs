@@ -12,18 +12,17 @@ const NO_TURN_RAD: f64 = 1e-5;
 impl<'a> Run<'a> {
     /// The end of a line or an arc, with the orientation that the tool has there.
     pub(super) fn turned(&mut self, line: usize, end: Isometry3<f64>) -> Isometry3<f64> {
-        let Some(last) = self.log.last().map(|last| last.with(&self.tcp)) else { return end };
-        match self.turns.on_lines {
-            OnLines::ToTarget => end,
-            OnLines::Not => Isometry3::from_parts(end.translation, last.rotation),
-            OnLines::Unread => {
-                if last.rotation.angle_to(&end.rotation) > NO_TURN_RAD {
-                    let what = "$ORI_TYPE is neither #VAR nor #CONSTANT: the tool is taken to turn \
-                                to the orientation of the target";
-                    self.log.warning(Code::AxisIgnored, line, what);
-                }
+        let last = self.log.last().map(|last| last.with(&self.tcp));
+        let turns = |last: Isometry3<f64>| last.rotation.angle_to(&end.rotation) > NO_TURN_RAD;
+        match (self.turns.on_lines, last) {
+            (OnLines::Not, Some(last)) => Isometry3::from_parts(end.translation, last.rotation),
+            (OnLines::Not | OnLines::Unread, last) if last.is_none_or(turns) => {
+                let what = "$ORI_TYPE is not #VAR, and how the tool stands at the end is not known: \
+                            it is taken to turn to the orientation of the target";
+                self.log.warning(Code::AxisIgnored, line, what);
                 end
             }
+            _ => end,
         }
     }
 

@@ -105,6 +105,15 @@ fn how_the_tool_turns_on_lines_and_arcs() {
     let with = krl("SLIN {X 50,A 90} WITH $ORI_TYPE=#CONSTANT\nSLIN {X 0,A 90}");
     assert_eq!(a_deg(&with), [0.0, 90.0]);
     assert!([&constant, &form, &with].into_iter().all(|program| doubts(program).is_empty()));
+    // Forms of KSS 8 name it by their data.
+    let data = "LDAT LCP1\nLCP1={VEL 0.1,ORI_TYP #CONSTANT}";
+    let with = format!("{data}\nS{turn} WITH $ORI_TYPE=SORI_TYP(LCP1)\nSLIN {{X 0,A 90}}");
+    assert_eq!(a_deg(&krl(&with)), [0.0, 90.0]);
+    let var = krl(&with.replace("CONSTANT", "VAR"));
+    assert_eq!((a_deg(&var), doubts(&var)), (vec![90.0, 90.0], vec![]));
+    let axes =
+        "PTP {A1 0,A2 0,A3 0,A4 0,A5 9,A6 0}\n$ORI_TYPE=#CONSTANT\nLIN {X 9,Y 0,Z 9,A 9,B 0,C 0}";
+    assert_eq!(doubts(&krl(axes)), [(Code::AxisIgnored, 6)]);
     let unread = krl(&format!("SPLINE\nS{turn} WITH $ORI_TYPE=#IGNORE\nENDSPLINE"));
     assert_eq!(doubts(&unread), [(Code::AxisIgnored, 5)]);
     let arc = "CIRC {X 50,Y 50},{X 100,Y 0}";
@@ -132,6 +141,11 @@ fn what_may_change_path_or_speed_is_a_doubt() {
     let home = "PDAT_ACT=PDEFAULT\nFDAT_ACT=FHOME\nBAS(#PTP_PARAMS,100)\nPTP XHOME";
     let form = "FDAT_ACT={TOOL_NO 0,BASE_NO 0}\nBAS(#CP_PARAMS,0.1)\nLIN {X 9}";
     assert_eq!(along(&krl(&format!("{form}\n{home}")), 0), [(9.0, 100.0)]);
+    // A frame for one move does not stand for the form's.
+    let once = "FDAT_ACT=FP1\nBAS(#CP_PARAMS,0.1)\nSLIN {X 9} WITH $TOOL=$NULLFRAME,$BASE=$NULLFRAME\nLIN {X 0}";
+    krl_refused(once, "'fp1' is declared in no file");
+    let axes = "FDAT_ACT=FP1\nBAS(#PTP_PARAMS,50)\nPTP {A1 0,A2 0,A3 0,A4 0,A5 9,A6 0}";
+    assert_eq!(doubts(&krl(axes)), [(Code::ChangeIgnored, 6)]);
     krl_refused("LDAT_ACT=LCP1\nBAS(#CP_DAT)\nLIN {X 9}", "'lcp1' is declared in no file");
 }
 
