@@ -220,31 +220,26 @@ impl Log {
     /// The way back from a place that the program does not give: by the joints where it is rapid.
     fn come_back(&mut self, line: usize, to: Target, pace: Pace) -> Target {
         let Some((from, what)) = self.away.take() else { return to };
-        match to {
-            Target::Joints(_) | Target::JointsTo(_) | Target::Line(_)
-                if pace == Pace::Rapid || !matches!(to, Target::Line(_)) =>
-            {
-                let stands = self.stated.spindle == Some(Spindle::Stands);
-                let code = if stands { Code::LeftOut } else { Code::MotionLeftOut };
-                let what = format!(
-                    "{what}; the arm is taken to go from the place before to that of line {line} \
-                     straight in the joints"
-                );
-                self.warning(code, from, what);
-                match to {
-                    Target::Line(pose) => Target::JointsTo(pose),
-                    to => to,
-                }
-            }
-            to => {
-                let what = format!(
-                    "{what}, and motion at feed follows from there; state X, Y and Z by rapid \
-                     moves before, or split the program here into several operations"
-                );
-                self.error(Code::Motion, from, what);
-                to
-            }
+        let to = match to {
+            Target::Line(pose) if pace == Pace::Rapid => Target::JointsTo(pose),
+            to => to,
+        };
+        if matches!(to, Target::Joints(_) | Target::JointsTo(_)) {
+            let stands = self.stated.spindle == Some(Spindle::Stands);
+            let code = if stands { Code::LeftOut } else { Code::MotionLeftOut };
+            let what = format!(
+                "{what}; the arm is taken to go from the place before to that of line {line} \
+                 straight in the joints"
+            );
+            self.warning(code, from, what);
+        } else {
+            let what = format!(
+                "{what}, and motion at feed follows from there; state X, Y and Z by rapid moves \
+                 before, or split the program here into several operations"
+            );
+            self.error(Code::Motion, from, what);
         }
+        to
     }
 
     /// The arm stands for some time. Before the path starts nothing stands.

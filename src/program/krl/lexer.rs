@@ -50,7 +50,7 @@ pub(super) fn tokens(line: &str, offset: Option<usize>) -> Result<Vec<Kind>, Str
             }
             b'.' if bytes.get(at + 1).is_some_and(u8::is_ascii_digit)
                 && (!matches!(found.last(), Some(Kind::Word(_) | Kind::Symbol("]")))
-                    || at.checked_sub(1).and_then(|at| bytes.get(at)) == Some(&b' ')) =>
+                    || at.checked_sub(1).is_some_and(|at| matches!(bytes[at], b' ' | b'\t'))) =>
             {
                 let length = number_length(rest);
                 let value = rest.get(..length).and_then(|text| text.parse::<f64>().ok());

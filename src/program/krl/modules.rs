@@ -39,6 +39,9 @@ pub(super) fn named_by_job(settings: &Settings) -> HashSet<String> {
 
 /// The names of files, the main one first, but for those that are `kept`.
 pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
+    if texts.len() < 2 {
+        return Renamed::new();
+    }
     let all: Vec<Declared> = texts.iter().map(|text| declared(text)).collect();
     // Who has a name: the modules, and whether it is GLOBAL somewhere.
     let mut owners: HashMap<&str, (BTreeSet<&str>, bool)> = HashMap::new();

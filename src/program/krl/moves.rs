@@ -319,10 +319,10 @@ impl<'a> Run<'a> {
             }
             "ptp_dat" => match self.velocity_of_form("pdat_act") {
                 Ok(share) => self.set_basic_share(line, &share),
-                // As rapid as where no speed is set, until one is.
+                // As rapid as where no speed is set, until one is: then nothing was lost.
                 Err(why) => {
                     self.joint_share = None;
-                    self.log.warning(Code::Assumed, line, format!("BAS: {why}"));
+                    self.unknown_share = Some(why);
                     Ok(())
                 }
             },
@@ -491,7 +491,7 @@ impl<'a> Run<'a> {
             if let Some((why, _)) = &self.unknown_form {
                 self.log.warning(Code::ChangeIgnored, line, why.clone());
             }
-            let pace = self.joint_pace();
+            let pace = self.joint_pace(line);
             self.log.configure(None);
             let q = self.external.joints(&q.map(rad_from_deg))?;
             self.log.motion(line, Target::Joints(q), self.tcp, pace);
@@ -522,7 +522,7 @@ impl<'a> Run<'a> {
                 return self.arc(line, via, end, motion.angle.as_ref());
             }
         };
-        let pace = if motion.way == Way::Joint { self.joint_pace() } else { self.pace() };
+        let pace = if motion.way == Way::Joint { self.joint_pace(line) } else { self.pace() };
         self.log.motion(line, to, self.tcp, pace);
         self.joints = None;
         Ok(())
@@ -532,7 +532,11 @@ impl<'a> Run<'a> {
         self.velocity.map_or(Pace::Unstated, |velocity| Pace::Feed(velocity * self.over))
     }
 
-    fn joint_pace(&self) -> Pace {
+    fn joint_pace(&mut self, line: usize) -> Pace {
+        if let (None, Some(why)) = (self.joint_share, &self.unknown_share) {
+            let what = format!("{why}; the joints are taken to move as fast as rapid moves");
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
         self.joint_share.map_or(Pace::Rapid, |share| Pace::Joints(share * self.over))
     }
 

@@ -95,6 +95,8 @@ pub(super) struct Run<'a> {
     pub(super) turning: [Option<f64>; 2],
     /// $VEL_AXIS, the lowest share.
     pub(super) joint_share: Option<f64>,
+    /// Why the share of the last inline form is not known.
+    pub(super) unknown_share: Option<String>,
     /// Why tool and base of the last inline form are not known, and which the program has stated
     /// since.
     pub(super) unknown_form: Option<(String, [bool; 2])>,
@@ -141,6 +143,7 @@ impl<'a> Run<'a> {
             velocity: None,
             turning: [None; 2],
             joint_share: None,
+            unknown_share: None,
             unknown_form: None,
             turns: Turns::default(),
             over: 1.0,

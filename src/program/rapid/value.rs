@@ -5,7 +5,7 @@ use std::rc::Rc;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::syntax::File;
-use crate::program::Assumed;
+use crate::program::{Assumed, Settings};
 use crate::units::{m_from_mm, mm_from_m};
 
 /// Programs round quaternions to three to six digits; a length further from 1 is another mistake.
@@ -72,15 +72,20 @@ impl Value {
         }
     }
 
-    /// What stands for the controller's own tool0 or wobj0, in its parts.
-    pub(super) fn in_parts(self) -> Self {
-        let pose = || Self::List(vec![Self::nums(&[0.0; 3]), Self::nums(&[1.0, 0.0, 0.0, 0.0])]);
+    /// What stands for the controller's own tool0 or wobj0, in its parts, with what the job has for
+    /// them.
+    pub(super) fn in_parts(self, settings: &Settings) -> Self {
+        let pose = |of_job: Option<Isometry3<f64>>| {
+            Self::List(from_pose(&of_job.unwrap_or_default()).to_vec())
+        };
         match self {
-            Self::Tool0 => Self::List(vec![Self::Bool(true), pose(), load0()]),
+            Self::Tool0 => Self::List(vec![Self::Bool(true), pose(settings.tcp), load0()]),
             Self::Wobj0 => {
                 let is_held = Self::Bool(false);
                 let unit = Self::Text(Rc::from(""));
-                Self::List(vec![is_held, Self::Bool(true), unit, pose(), pose()])
+                let frames = [pose(settings.work_object), pose(None)];
+                let parts = [is_held, Self::Bool(true), unit].into_iter().chain(frames);
+                Self::List(parts.collect())
             }
             other => other,
         }

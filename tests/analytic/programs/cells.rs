@@ -160,6 +160,9 @@ fn krl_that_was_refused_for_a_wrong_reason() {
     }
     let later = krl("PDAT_ACT=PCP1\nBAS(#PTP_DAT)\nBAS(#VEL_PTP,10)\nPTP {X 9}");
     assert_eq!(later.moves[1].timing, Timing::Joints(0.1));
+    assert_eq!(doubts(&later), []);
+    let unset = krl("PDAT_ACT=PCP1\nBAS(#PTP_DAT)\nPTP {X 9}");
+    assert_eq!(doubts(&unset), [(Code::ChangeIgnored, 6)]);
     krl_refused(
         "PTP {A1 0,A2 0,A3 0,A4 0,A5 9,A6 0}\nLIN_REL {X 9}",
         "the point before is given by axes",
@@ -215,6 +218,13 @@ fn copies_and_parts_of_tool0_and_wobj0() {
     let program = abb(tool, "", &settings());
     assert!((program.moves[1].tcp.translation.z - 0.2).abs() < 1e-12);
     assert_eq!(program.moves[1].stated.load.as_ref().map(|load| load.mass_kg), Some(12.0));
+    // The job's tcp stands for tool0, also where a copy gets a load alone; so does its work object.
+    let at = |x: f64| Some(nalgebra::Isometry3::translation(x, 0.0, 0.0));
+    let job = Settings { tcp: at(0.03), work_object: at(0.5), ..settings() };
+    let loaded = "t1:=tool0;\nt1.tload.mass:=12;\nw1:=wobj0;\nw1.oframe.trans.z:=-300;";
+    let program = abb(&format!("{loaded}\nMoveL p2,v100,fine,t1\\WObj:=w1;"), "", &job);
+    assert_eq!(program.moves[1].tcp, at(0.03).unwrap());
+    assert_eq!((along(&program, 0)[0].0, along(&program, 2)[0].0), (1300.0, 500.0));
 }
 
 #[test]
