@@ -17,8 +17,8 @@ impl<'a> Run<'a> {
         match (self.turns.on_lines, last) {
             (OnLines::Not, Some(last)) => Isometry3::from_parts(end.translation, last.rotation),
             (OnLines::Not | OnLines::Unread, last) if last.is_none_or(turns) => {
-                let what = "$ORI_TYPE is not #VAR, and how the tool stands at the end is not known: \
-                            it is taken to turn to the orientation of the target";
+                let what = "$ORI_TYPE is not #VAR, and how the tool stands at the end is not \
+                            known: it is taken to turn to the orientation of the target";
                 self.log.warning(Code::AxisIgnored, line, what);
                 end
             }
