@@ -14,7 +14,7 @@ use super::gain::{HeldOut, gain_interval, held_out, surely_gaining};
 use super::hypothesis::Hypothesis;
 use super::known::Known;
 use super::outcome::{Diagnosis, Errors, Gain, NoiseFound, ResidualRow, Verdict, WithoutCause};
-use super::posterior::{Calibrated, cost, posterior, rounded};
+use super::posterior::{Calibrated, cost, posterior};
 use super::problem::{Evaluation, Problem};
 use super::rivals::widened_by_rivals;
 use super::screen::Screen;
@@ -22,11 +22,12 @@ use super::settle::{Settled, settled};
 use super::statistics::{relative_error, rms};
 use super::symmetry::symmetry;
 use super::table::{check_rows, unit_hint, within_the_model};
+use super::unexplained::{as_far_off_as_held_out, as_far_off_as_seen};
 use super::unstated::{Stated, inert, stated};
-use super::verdict::{Judged, Worth, drift_of};
+use super::verdict::{Judged, MAX_NOISE, Worth, drift_of};
 use super::without_cause::without_cause;
 use crate::identify::ModeTable;
-use crate::model::{Description, Robot, Unexplained};
+use crate::model::{Description, Robot};
 use crate::notes::{Code, Note, Place};
 use crate::progress::{Done, Progress};
 use crate::uncertainty;
@@ -99,7 +100,11 @@ pub fn diagnose(
             alone.ln_evidence > calibrated.ln_evidence - cost(&data, &chosen, candidates.len())
         });
     let is_alone = alone.is_some();
-    let Calibrated { mut posterior, ln_hz, .. } = alone.unwrap_or(calibrated);
+    let mut calibrated = alone.unwrap_or(calibrated);
+    if names_causes && !is_alone && data.test_count() >= MIN_STATES {
+        as_far_off_as_held_out(&data, &held_out.after, &mut calibrated);
+    }
+    let Calibrated { mut posterior, ln_hz, .. } = calibrated;
     let of_posterior = if is_alone { &choice.baseline } else { &chosen };
     let unexplained = &mut posterior.unexplained;
     widened_by_rivals(&problem, &robot, of_posterior, &choice.seen, candidates.len(), unexplained)
@@ -185,9 +190,12 @@ fn judgement<'c>(
         // Nothing can be left out, so nothing is gained that anybody knows of.
         return Judgement { verdict: Verdict::PartlyExplained, choice, held_out: unchanged };
     }
-    if worth == Worth::Part {
+    let sure_alone = |choice: &Choice<'c>| {
         let sure = surely_gaining(problem, &choice.best.fit.hypothesis, seed);
-        match only(problem, &choice, &sure) {
+        only(problem, choice, &sure)
+    };
+    if worth == Worth::Part {
+        match sure_alone(&choice) {
             Some(kept) => choice = kept,
             None => return Judgement { verdict: without, choice, held_out: unchanged },
         }
@@ -196,8 +204,23 @@ fn judgement<'c>(
     if gain_interval(data, &held_out, seed)[0] <= 0.0 {
         return Judgement { verdict: without, choice, held_out: unchanged };
     }
-    let verdict = if worth == Worth::All { Verdict::Explained } else { Verdict::PartlyExplained };
-    Judgement { verdict, choice, held_out }
+    if worth == Worth::All && predicts(data, &choice.best.fit, &held_out) {
+        return Judgement { verdict: Verdict::Explained, choice, held_out };
+    }
+    if worth == Worth::All
+        && let Some(kept) = sure_alone(&choice)
+    {
+        choice = kept;
+    }
+    Judgement { verdict: Verdict::PartlyExplained, choice, held_out }
+}
+
+/// Whether causes predict states that were left out about as well as they fit the others, or to
+/// what is noise anyway.
+fn predicts(data: &Data, fit: &Fit<'_>, held_out: &HeldOut) -> bool {
+    /// Of the error that remains where nothing is left out.
+    const MOST: f64 = 2.0;
+    rms(held_out.after.iter()) <= (MOST * noise_floor(data, fit)).max(MAX_NOISE)
 }
 
 fn set_aside(suspects: &[usize]) -> Option<Note> {
@@ -299,29 +322,6 @@ fn cross_validated<'c>(
     })
 }
 
-/// Far from the table no mode is better known than the model's error scatters over it, where
-/// nothing explains that error: what springs and masses took of it says nothing elsewhere.
-fn as_far_off_as_seen(data: &Data, baseline: &Fit<'_>, unexplained: &mut Unexplained) {
-    let scatter = |mode: usize| {
-        let points = data.points.iter().zip(&baseline.evaluation.residuals);
-        let own = points.filter(|(point, _)| point.column == mode).filter_map(|(_, r)| *r);
-        let own: Vec<f64> = own.collect();
-        let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
-        let square: f64 = own.iter().map(|r| (r - mean).powi(2)).sum();
-        (own.len() > 1).then(|| (square / (own.len() - 1) as f64).sqrt())
-    };
-    let modes = unexplained.far.len();
-    let seen: Vec<Option<f64>> = (0..modes).map(scatter).collect();
-    let largest = seen.iter().flatten().copied().fold(0.0, f64::max);
-    let Unexplained { near, far, .. } = unexplained;
-    for ((near, far), seen) in near.iter_mut().zip(far).zip(seen) {
-        if seen.is_none() {
-            *near = near.max(rounded(largest));
-        }
-        *far = far.max(rounded(seen.unwrap_or(largest)));
-    }
-}
-
 /// Root mean square of the residuals for the degrees of freedom that remain.
 fn noise_floor(data: &Data, fit: &Fit<'_>) -> f64 {
     let frequencies = data.points.len() as f64;
@@ -356,6 +356,7 @@ fn noise_found(data: &Data, fit: &Fit<'_>) -> NoiseFound {
         per_mode_percent: (0..data.columns).map(of_mode).collect(),
         common_percent: percent_from_ratio(level * data.shape.common),
         drift_percent: percent_from_ratio(drift_of(data, fit)),
+        stated_percent: data.stated_noise.map(percent_from_ratio),
     }
 }
 

@@ -40,6 +40,7 @@ mod statistics;
 mod structure;
 mod symmetry;
 mod table;
+mod unexplained;
 mod unstated;
 mod verdict;
 mod without_cause;

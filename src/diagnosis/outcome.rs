@@ -50,6 +50,8 @@ pub struct NoiseFound {
     pub common_percent: f64,
     /// Drift of all modes over the rows, root mean square.
     pub drift_percent: f64,
+    /// What the table states, median of all frequencies; null where it states none.
+    pub stated_percent: Option<f64>,
 }
 
 /// What a table of damping ratios teaches about a joint.

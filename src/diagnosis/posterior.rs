@@ -103,6 +103,8 @@ pub(super) struct Calibrated {
     pub(super) posterior: Posterior,
     /// ln of the frequency in Hz, one a point; `None` where it was not compared.
     pub(super) ln_hz: Vec<Option<f64>>,
+    /// Variance of these by the parameters.
+    pub(super) variance: Vec<Option<f64>>,
     /// ln of the evidence for the model, by Laplace's approximation, without what its causes cost.
     pub(super) ln_evidence: f64,
 }
@@ -246,6 +248,10 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
         ln_hz[at] = Some(problem.data.points[at].ln_f - residual);
     }
     let Weighed { covariance, best, ln_evidence, lacks } = linear.weighed(&noises)?;
+    let mut variance = vec![None; problem.data.points.len()];
+    for (&at, slope) in linear.points.iter().zip(linear.slopes.row_iter()) {
+        variance[at] = Some((slope * &covariance).dot(&slope));
+    }
     // Where nothing is stated of a spring, a link or a drive, a mode that nobody measured is not
     // better known than before.
     let robot = Robot::new(problem.description).ok()?;
@@ -266,7 +272,7 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
         .collect();
     let mut posterior = Posterior { parameters, correlation, unexplained, fingerprint: None };
     posterior.fingerprint = as_written(problem, corrections, &posterior);
-    Some(Calibrated { posterior, ln_hz, ln_evidence })
+    Some(Calibrated { posterior, ln_hz, variance, ln_evidence })
 }
 
 /// The fingerprint of the robot as it will be read again, with its corrections and what was

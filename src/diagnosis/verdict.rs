@@ -14,7 +14,7 @@ use crate::uncertainty::uncalibrated_std_ln;
 
 /// An error without structure is noise up to here, share of the frequency: hammer tests of arms
 /// repeat within a per cent,
-const MAX_NOISE: f64 = 0.017;
+pub(super) const MAX_NOISE: f64 = 0.017;
 
 /// one mode that is hard to excite within more,
 const MAX_NOISE_OF_MODE: f64 = 0.025;
@@ -71,7 +71,7 @@ impl Judged {
             let level = fit.evaluation.noise.scale;
             let common = level * data.shape.common.max(1.0);
             let worst = (0..data.columns).map(|mode| level * data.shape.scale(mode));
-            common.max(drift_of(data, fit)) <= most
+            common.hypot(drift_of(data, fit)) <= most
                 && worst.fold(0.0, f64::max) <= MAX_NOISE_OF_MODE.max(most)
         };
         // A robust level knows nothing of the frequencies that are far off.

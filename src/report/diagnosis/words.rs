@@ -71,12 +71,14 @@ pub(super) fn left_out(diagnosis: &Diagnosis) -> impl Iterator<Item = &str> {
 pub(super) fn verdict(diagnosis: &Diagnosis) -> String {
     let error = diagnosis.baseline.rms_percent;
     match diagnosis.verdict {
-        Verdict::Consistent => {
-            format!("The model agrees with the measurement: its error of {error:.2} % is noise.")
-        }
+        Verdict::Consistent => format!(
+            "The model agrees with the measurement: its error of {error:.2} % is noise{}.",
+            noise(diagnosis)
+        ),
         Verdict::Unexplained if diagnosis.structure_before.is_none() => format!(
-            "The error of the model, {error:.2} %, is larger than the noise of such tests. It \
-             follows no quantity in the table, and no known cause explains it."
+            "The error of the model, {error:.2} %, is larger than the noise of such tests{}. It \
+             follows no quantity in the table, and no known cause explains it.",
+            noise(diagnosis)
         ),
         Verdict::Unexplained => format!(
             "The error of the model, {error:.2} %, is more than noise, but no known cause explains \
@@ -102,6 +104,39 @@ pub(super) fn verdict(diagnosis: &Diagnosis) -> String {
             format!("The model is off by {error:.2} %; {causes} the error to {remaining:.2} %.")
         }
     }
+}
+
+/// ": 1.2 % of it drifts over the rows", what most of the error is if rows are off as a whole, and
+/// how much of it the table states.
+fn noise(diagnosis: &Diagnosis) -> String {
+    /// Share of the error that is most of it.
+    const MOST: f64 = 0.7;
+    /// Errors of so many stated deviations are more than these let expect.
+    const MANY: f64 = 3.0;
+    let (error, noise) = (diagnosis.baseline.rms_percent, &diagnosis.noise);
+    let mut text = if noise.drift_percent > MOST * error {
+        format!(
+            ": {:.2} % of it drifts over the rows of the table, as with temperature or a support \
+             that settles",
+            noise.drift_percent
+        )
+    } else if noise.common_percent > MOST * error {
+        format!(
+            ": {:.2} % of it is common to all modes of a row, as where the pose or the clamping is \
+             not repeated exactly",
+            noise.common_percent
+        )
+    } else {
+        String::new()
+    };
+    if let Some(stated) = noise.stated_percent.filter(|stated| error > MANY * stated) {
+        let joint = if text.is_empty() { ":" } else { ";" };
+        text.push_str(&format!(
+            "{joint} the table states deviations of {stated:.2} %, and the calibration takes the \
+             rest for an error of the model"
+        ));
+    }
+    text
 }
 
 /// About which angles the frequencies mirror, where measured and predicted ones differ.
