@@ -1,5 +1,6 @@
-//! Hits that come before the last decay is over: they raise the responses too little to be seen in
-//! their level. What a vibration does next follows from what it did before, beats included; a hit
+//! Where a free vibration does not go on as it did: a hit that comes before the last decay is over,
+//! which raises the responses too little to be seen in their level, or samples that were lost. What
+//! a vibration does next follows from what it did before, beats included; what such a moment brings
 //! does not (linear prediction: Makhoul, Proc. IEEE 63(4), 1975).
 
 use nalgebra::{DMatrix, DVector};
@@ -10,49 +11,85 @@ use crate::statistics::deviation_about_zero;
 /// Samples that the next one is predicted from.
 const ORDER: usize = 32;
 
-/// The decays that a stretch consists of: it is divided where a hit begins another.
-pub(super) fn hits(responses: &[&[f64]], decay: Decay, rate_hz: f64) -> Vec<Decay> {
-    let own: Vec<&[f64]> = responses.iter().map(|r| &r[decay.from..decay.to]).collect();
-    let mut onsets: Vec<usize> = own.iter().flat_map(|y| onsets(y, rate_hz)).collect();
-    onsets.sort_unstable();
-    let (guard, mut all, mut from) = (guard(rate_hz), Vec::new(), decay.from);
-    // Responses show one hit a few samples apart.
-    onsets.dedup_by(|next, last| *next - *last < compared(rate_hz));
-    for onset in onsets {
-        all.push(Decay { from, to: decay.from + onset });
-        from = decay.from + onset + guard;
-    }
-    all.push(Decay { from, to: decay.to });
-    all.retain(|decay| decay.from < decay.to);
-    all
+/// Moments at which responses depart from what their past predicts.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Departures {
+    /// They are louder from there on.
+    pub(super) hits: Vec<usize>,
+    /// They are no louder.
+    pub(super) breaks: Vec<usize>,
 }
 
-/// Where one response departs from what its past predicts, and is louder from there on.
-fn onsets(samples: &[f64], rate_hz: f64) -> Vec<usize> {
+impl Departures {
+    /// Those of responses within a stretch without a force.
+    pub(super) fn of(responses: &[&[f64]], stretch: Decay, rate_hz: f64) -> Self {
+        /// A loose joint departs often.
+        const MOST_BREAKS: usize = 2;
+        let own = responses.iter().map(|y| &y[stretch.from..stretch.to]);
+        let found: Vec<(usize, bool)> = own.flat_map(|y| departures(y, rate_hz)).collect();
+        let moments = |is_hit: bool| {
+            let own = found.iter().filter(|(_, is)| *is == is_hit);
+            let mut all: Vec<usize> = own.map(|(at, _)| stretch.from + at).collect();
+            all.sort_unstable();
+            // Responses show one moment a few samples apart.
+            all.dedup_by(|next, last| *next - *last < compared(rate_hz));
+            all
+        };
+        let (hits, mut breaks) = (moments(true), moments(false));
+        breaks.retain(|at| hits.iter().all(|hit| hit.abs_diff(*at) >= compared(rate_hz)));
+        if breaks.len() > MOST_BREAKS {
+            breaks.clear();
+        }
+        Self { hits, breaks }
+    }
+
+    /// The decays that a stretch consists of.
+    pub(super) fn decays(&self, stretch: Decay, rate_hz: f64) -> Vec<Decay> {
+        let mut moments = [&self.hits[..], &self.breaks[..]].concat();
+        moments.sort_unstable();
+        let (mut all, mut from) = (Vec::new(), stretch.from);
+        for moment in moments {
+            all.push(Decay { from, to: moment });
+            from = moment + guard(rate_hz);
+        }
+        all.push(Decay { from, to: stretch.to });
+        all.retain(|decay| decay.from < decay.to);
+        all
+    }
+}
+
+/// Where one response departs from what its past predicts, and whether it is louder from there on.
+fn departures(samples: &[f64], rate_hz: f64) -> Vec<(usize, bool)> {
     /// Standard deviations of the samples before.
     const OUT_OF_NOISE: f64 = 12.0;
-    /// Of the loudest sample that follows.
+    /// Of the loudest sample that follows,
     const SHARE: f64 = 0.03;
-    /// Beside that, the response must rise by this factor: a loose joint departs, too.
+    /// and of the loudest of all: what is lost where next to nothing moves does no harm.
+    const SHARE_OF_ALL: f64 = 0.01;
+    /// A hit raises the response by this factor.
     const RISE: f64 = 1.2;
     let window = compared(rate_hz);
     let Some(errors) = errors(samples) else { return Vec::new() };
     let sizes: Vec<f64> = samples.iter().map(|y| y.abs()).collect();
     let ahead = sliding_maximum(&sizes, window);
+    let loudest = sizes.iter().copied().fold(0.0, f64::max);
     let mut found = Vec::new();
     let mut at = 3 * ORDER;
     while at + ORDER < samples.len() {
         let before = at.saturating_sub(window).max(ORDER)..at;
-        let loudest = || sizes[before.clone()].iter().copied().fold(0.0, f64::max);
-        if errors[at].abs() > SHARE * ahead[at]
-            && ahead[at] > RISE * loudest()
-            && errors[at].abs() > OUT_OF_NOISE * deviation_about_zero(&errors[before.clone()])
+        let error = errors[at].abs();
+        if error > SHARE * ahead[at]
+            && error > OUT_OF_NOISE * deviation_about_zero(&errors[before.clone()])
         {
-            found.push(at);
-            at += window;
-        } else {
-            at += 1;
+            let past = sizes[before].iter().copied().fold(0.0, f64::max);
+            let is_hit = ahead[at] > RISE * past;
+            if is_hit || error > SHARE_OF_ALL * loudest {
+                found.push((at, is_hit));
+                at += window;
+                continue;
+            }
         }
+        at += 1;
     }
     found
 }

@@ -194,6 +194,8 @@ codes! {
     Spike = "spike": Remark,
     /// A channel stands still for a while in the middle of its motion.
     Dropout = "dropout": Remark,
+    /// A free vibration does not go on as it did.
+    Discontinuity = "discontinuity": Remark,
     /// A channel shows none of the modes that others show.
     NoSignal = "no_signal": Remark,
     /// A mark is not seen in some frames of a video.

@@ -185,6 +185,49 @@ fn a_decay_ends_where_the_next_hit_begins() {
     }
 }
 
+/// Three samples that a recorder lost in the middle of a decay, its column of time as even as ever; and a blow that
+/// the hammer's channel does not have.
+#[test]
+fn a_vibration_that_does_not_go_on_is_used_up_to_there() {
+    const RATE: f64 = 500.0;
+    const SAMPLES: usize = 3000;
+    let truth = [(9.3, 0.012), (23.0, 0.008), (61.0, 0.006)];
+    let told = |found: &IdentifiedRecord| -> usize {
+        found.warnings.iter().filter(|note| note.code == Code::Discontinuity).count()
+    };
+    for seed in 0..4 {
+        let force = |t: f64| 300.0 * half_sine(t, 0.2, 0.006);
+        let second = 1.7 + 0.1 * seed as f64;
+        let both = move |t: f64| force(t) + 60.0 * half_sine(t, second, 0.006);
+        let heard = |lost: usize| -> Option<Vec<f64>> {
+            let mut rng = seeded(seed + 70);
+            let whole = (0..SAMPLES).map(|k| force(k as f64 / RATE) + 0.2 * gauss(&mut rng));
+            Some(whole.take(SAMPLES - lost).collect())
+        };
+        let swings = |force: &dyn Fn(f64) -> f64| {
+            truth.map(|own| swung(own, 1.0, 0.0, RATE, SAMPLES, force))
+        };
+        let whole = mixed(&swings(&force), &SHAPES, 0.005, seed);
+        let mut lost = whole.clone();
+        let at = 500 + 37 * seed as usize;
+        lost.iter_mut().for_each(|own| drop(own.drain(at..at + 3)));
+        let struck = mixed(&swings(&both), &SHAPES, 0.005, seed);
+        let identified = |heard: Option<Vec<f64>>, responses: Vec<Vec<f64>>| {
+            identify_record(&acceleration(RATE, heard, responses), &asked(&[]))
+        };
+        for (what, found, departs) in [
+            ("whole", identified(heard(0), whole.clone()), 0),
+            ("lost", identified(heard(3), lost.clone()), 1),
+            ("struck", identified(heard(0), struck), 1),
+            ("free", identified(None, whole), 0),
+            ("free, lost", identified(None, lost), 1),
+        ] {
+            must_be(&found, &truth, &format!("seed {seed}, {what}"));
+            assert_eq!(told(&found), departs, "seed {seed}, {what}: {:?}", found.warnings);
+        }
+    }
+}
+
 fn two_rates(hz: f64, rates: [f64; 2]) -> IdentifiedSession {
     let taken = |rate: f64| {
         let samples = (6.0 * rate) as usize;

@@ -4,14 +4,15 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::lines::{
-    MAX_LINES, band, lines, most_samples, omega, on_lines, rounding_noise, warn_of_edge,
-    warn_of_part,
+    MAX_LINES, MIN_DECAY_SAMPLES, band, lines, most_samples, omega, on_lines, rounding_noise,
+    warn_of_break, warn_of_edge, warn_of_part,
 };
 use super::{
     NO_LINES, Prepared, RecordKind, Sampling, SpectraOnLines, responses_of, without_offset,
 };
 use crate::identify::estimate::{Block, C64, ForceSample, Origin};
-use crate::identify::impacts::{Impact, impacts_in_force};
+use crate::identify::impacts::{Decay, Impact, guard, impacts_in_force};
+use crate::identify::innovations::Departures;
 use crate::identify::quality::{rounding_step, without_spikes};
 use crate::identify::record::Channel;
 use crate::identify::spectra::{Averaged, Window, over_impacts, over_stretches, transform};
@@ -26,16 +27,71 @@ pub(super) fn forced(
     notes: &mut Notes,
 ) -> Option<Prepared> {
     let Some(part) = part(sampling, excitation, channels) else {
-        return whole(sampling, excitation, channels, notes);
+        return unbroken(sampling, excitation, channels, notes);
     };
     warn_of_part(part.len(), sampling.rate_hz, "are fitted", notes);
-    let cut = |channel: &Channel| Channel {
+    let (excitation, channels) = cut(excitation, channels, part);
+    unbroken(sampling, &excitation, &channels.iter().collect::<Vec<_>>(), notes)
+}
+
+fn cut(excitation: &Channel, channels: &[&Channel], part: Range<usize>) -> (Channel, Vec<Channel>) {
+    let own = |channel: &Channel| Channel {
         samples: channel.samples[part.clone()].to_vec(),
         name: channel.name.clone(),
         quantity: channel.quantity,
     };
-    let channels: Vec<Channel> = channels.iter().map(|channel| cut(channel)).collect();
-    whole(sampling, &cut(excitation), &channels.iter().collect::<Vec<_>>(), notes)
+    (own(excitation), channels.iter().map(|channel| own(channel)).collect())
+}
+
+/// Of a hammer record, what comes before a moment at which the free vibration does not go on.
+fn unbroken(
+    sampling: Sampling,
+    excitation: &Channel,
+    channels: &[&Channel],
+    notes: &mut Notes,
+) -> Option<Prepared> {
+    let rate_hz = sampling.rate_hz;
+    let force = about_middle(excitation);
+    let impacts = impacts_in_force(&force, rate_hz);
+    let Some(at) = first_break(&impacts, channels, rate_hz) else {
+        return whole(sampling, excitation, channels, notes);
+    };
+    let first = impacts.first().map_or(0, |impact| reach(impact)[1]);
+    if at < first + MIN_DECAY_SAMPLES {
+        let done = "what comes before it is too short to be used alone";
+        warn_of_break(at, rate_hz, done, notes);
+        return whole(sampling, excitation, channels, notes);
+    }
+    warn_of_break(at, rate_hz, "what comes before it is used", notes);
+    let (excitation, channels) = cut(excitation, channels, 0..at);
+    whole(sampling, &excitation, &channels.iter().collect::<Vec<_>>(), notes)
+}
+
+fn about_middle(excitation: &Channel) -> Vec<f64> {
+    let middle = upper_median(&excitation.samples).unwrap_or(0.0);
+    excitation.samples.iter().map(|f| f - middle).collect()
+}
+
+/// The first moment between or after impacts at which the responses depart from free vibration.
+fn first_break(impacts: &[Impact], channels: &[&Channel], rate_hz: f64) -> Option<usize> {
+    let protected = protected(impacts);
+    let blank = |channel: &&Channel| {
+        let channel = without_spikes(channel, rate_hz, &protected, &mut Notes::default());
+        without_offset(&channel.samples)
+    };
+    let moves: Vec<Vec<f64>> = channels.iter().map(blank).collect();
+    let moves: Vec<&[f64]> = moves.iter().map(Vec::as_slice).collect();
+    let samples = moves.first()?.len();
+    let ends = impacts.iter().skip(1).map(|next| reach(next)[0]).chain([samples]);
+    let between = impacts.iter().zip(ends).map(|(impact, to)| {
+        let from = (reach(impact)[1] + guard(rate_hz)).min(to);
+        Decay { from, to: to.saturating_sub(guard(rate_hz)).max(from) }
+    });
+    let moments = between.flat_map(|stretch| {
+        let Departures { hits, breaks } = Departures::of(&moves, stretch, rate_hz);
+        hits.into_iter().chain(breaks)
+    });
+    moments.min()
 }
 
 /// The part of a long record that has as many lines as are fitted, from just before the first
@@ -51,8 +107,7 @@ fn part(sampling: Sampling, excitation: &Channel, channels: &[&Channel]) -> Opti
     if samples <= most {
         return None;
     }
-    let middle = upper_median(&excitation.samples).unwrap_or(0.0);
-    let force: Vec<f64> = excitation.samples.iter().map(|f| f - middle).collect();
+    let force = about_middle(excitation);
     let first = impacts_in_force(&force, sampling.rate_hz).first().map_or(0, |i| reach(i)[0]);
     let from = first.saturating_sub(most / 50).min(samples - most);
     Some(from..from + most)
@@ -66,12 +121,11 @@ fn whole(
 ) -> Option<Prepared> {
     let rate_hz = sampling.rate_hz;
     let responses = responses_of(channels);
-    let middle = upper_median(&excitation.samples).unwrap_or(0.0);
-    let mut force: Vec<f64> = excitation.samples.iter().map(|f| f - middle).collect();
+    let mut force = about_middle(excitation);
     let samples = force.len();
     let impacts = impacts_in_force(&force, rate_hz);
     warn_of_bounces(&impacts, excitation, rate_hz, notes);
-    let protected: Vec<_> = impacts.iter().map(reach).map(|[from, to]| from..to + 2).collect();
+    let protected = protected(&impacts);
     let min_noise: Vec<f64> = channels
         .iter()
         .map(|channel| rounding_noise(rounding_step(&channel.samples), samples))
@@ -188,6 +242,11 @@ fn within_band(averaged: &Averaged, [low, high]: [f64; 2]) -> SpectraOnLines {
 fn drive_error(variance: f64, power: f64) -> f64 {
     // At most 1, where the force is lost in noise; sampling misses 0.2 % of a short pulse.
     (variance / power.max(f64::MIN_POSITIVE)).min(1.0) + 2e-3_f64.powi(2)
+}
+
+/// Where a response may look like a glitch.
+fn protected(impacts: &[Impact]) -> Vec<Range<usize>> {
+    impacts.iter().map(reach).map(|[from, to]| from..to + 2).collect()
 }
 
 /// First sample of an impact and one past its last, with what it rings.

@@ -54,6 +54,9 @@ pub(super) fn most_samples(rate_hz: f64, [low_hz, high_hz]: [f64; 2]) -> usize {
     (MAX_LINES as f64 * rate_hz / width) as usize
 }
 
+/// Shorter decays are left out.
+pub(super) const MIN_DECAY_SAMPLES: usize = 24;
+
 /// Tells that a part of a record must do.
 pub(super) fn warn_of_part(samples: usize, rate_hz: f64, what: &str, notes: &mut Notes) {
     let what = format!(
@@ -62,6 +65,16 @@ pub(super) fn warn_of_part(samples: usize, rate_hz: f64, what: &str, notes: &mut
         samples as f64 / rate_hz
     );
     notes.warning(Code::Remark, None, what);
+}
+
+/// Tells where a free vibration does not go on as it did.
+pub(super) fn warn_of_break(at: usize, rate_hz: f64, done: &str, notes: &mut Notes) {
+    let what = format!(
+        "at {:.3} s the responses do not go on as free vibration does: samples were lost there, or \
+         something struck the arm that no force channel has; {done}; record again",
+        at as f64 / rate_hz
+    );
+    notes.warning(Code::Discontinuity, None, what);
 }
 
 /// Tells a peak so near half the sampling rate that its lines are left out.

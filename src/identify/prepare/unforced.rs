@@ -4,21 +4,19 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::lines::{
-    band, lines, most_samples, omega, on_lines, rounding_noise, warn_of_edge, warn_of_part,
+    MIN_DECAY_SAMPLES, band, lines, most_samples, omega, on_lines, rounding_noise, warn_of_break,
+    warn_of_edge, warn_of_part,
 };
 use super::{NO_LINES, Prepared, RecordKind, Sampling, responses_of, without_offset};
 use crate::identify::estimate::subspace::Stationary;
 use crate::identify::estimate::{Block, C64, Origin};
 use crate::identify::impacts::{Decay, decays};
-use crate::identify::innovations::hits;
+use crate::identify::innovations::Departures;
 use crate::identify::quality::{rounding_step, without_spikes};
 use crate::identify::record::Channel;
 use crate::identify::spectra::{resampled, transform};
 use crate::notes::{Code, Notes};
 use crate::statistics::{median, rank_with_order, rms, upper_median};
-
-/// Shorter decays are left out.
-const MIN_DECAY_SAMPLES: usize = 24;
 
 pub(super) fn free(
     sampling: Sampling,
@@ -197,7 +195,12 @@ fn long_decays(
     let level = level(&whole);
     let level: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
     let found = decays(&level, rate_hz);
-    let found: Vec<Decay> = found.iter().flat_map(|decay| hits(&level, *decay, rate_hz)).collect();
+    let departures: Vec<Departures> =
+        found.iter().map(|decay| Departures::of(&level, *decay, rate_hz)).collect();
+    let breaks = departures.iter().flat_map(|own| &own.breaks);
+    breaks.for_each(|at| warn_of_break(*at, rate_hz, "the decay is divided there", notes));
+    let both = found.iter().zip(&departures);
+    let found: Vec<Decay> = both.flat_map(|(own, at)| at.decays(*own, rate_hz)).collect();
     let is_long = |decay: &Decay| decay.to - decay.from >= MIN_DECAY_SAMPLES;
     let long: Vec<Decay> = found.iter().copied().filter(is_long).collect();
     warn_of_cut_decays(&found, &long, rate_hz, notes);
