@@ -44,6 +44,9 @@ pub(super) struct Hole {
     pub(super) depths: Vec<f64>,
     /// How far over the depth of the peck before the feed begins again.
     pub(super) over_peck: f64,
+    /// By peck, how far the tool goes back behind it to break chips; where nothing is said, to the
+    /// clearance.
+    pub(super) lifts: Vec<Option<f64>>,
     /// Where the tool is left.
     pub(super) retract: f64,
     pub(super) feed: Pace,
@@ -182,10 +185,14 @@ impl<'a> Cutter<'a> {
         self.apart(line, above(hole.clearance), Pace::Rapid);
         for (index, &depth) in hole.depths.iter().enumerate() {
             if let Some(&before) = index.checked_sub(1).and_then(|last| hole.depths.get(last)) {
-                self.apart(line, above(hole.clearance), hole.out);
-                self.log.dwell(line, hole.dwell_out_s);
-                let from = (before + hole.over_peck).min(hole.clearance);
-                self.apart(line, above(from), Pace::Rapid);
+                let lift = hole.lifts.get(index - 1).copied().flatten();
+                let lifted = lift.map_or(hole.clearance, |lift| before + lift).min(hole.clearance);
+                self.apart(line, above(lifted), hole.out);
+                if lift.is_none() {
+                    self.log.dwell(line, hole.dwell_out_s);
+                    let from = (before + hole.over_peck).min(hole.clearance);
+                    self.apart(line, above(from), Pace::Rapid);
+                }
             }
             self.apart(line, above(depth), hole.feed);
         }

@@ -328,6 +328,7 @@ impl Reader<'_> {
             clearance: cycle.clear,
             depths: cycle.depths(),
             over_peck: 0.0,
+            lifts: Vec::new(),
             retract: cycle.retract.max(cycle.clear),
             feed,
             out: if cycle.out_at_feed { feed } else { Pace::Rapid },

@@ -125,7 +125,7 @@ pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> R
                 block.names.clear();
                 lexer.at += 1;
             }
-            b'A'..=b'Z' | b'a'..=b'z' => lexer.word(block)?,
+            b'A'..=b'Z' | b'a'..=b'z' | b'_' => lexer.word(block)?,
             _ => return Err(format!("'{}' is not understood", lexer.char())),
         }
     }
@@ -182,7 +182,7 @@ impl<'t> Lexer<'t> {
 
     /// `#1 = 5`: counts once the whole block is read.
     fn assignment(&mut self, block: &mut Block) -> Result<(), String> {
-        let mut reader = Reader::new(self.bytes, self.at + 1, self.parameters);
+        let mut reader = Reader::new(self.bytes, self.at + 1, self.parameters).with_comments();
         let key = reader.key()?;
         if !reader.take(b'=') {
             return Err("a parameter stands where a word is expected".to_owned());
@@ -239,13 +239,35 @@ impl<'t> Lexer<'t> {
             }
             _ => {}
         }
-        if length == 1 {
+        if name == "DEF" {
+            self.at += length;
+            return self.definition(block);
+        }
+        if length == 1 && first != b'_' {
             self.at += 1;
             return self.number(first.to_ascii_uppercase(), block);
         }
         // Letters that run into a word: `TRAORI`, or `GX1`.
         self.at += length;
         block.names.push((name.chars().take(MAX_NAME).collect(), String::new()));
+        Ok(())
+    }
+
+    /// `DEF REAL _depth = 5, _feed`: variables, 0 where nothing is said. Texts and fields are left
+    /// out: what reads them is told that nothing has set them.
+    fn definition(&mut self, block: &mut Block) -> Result<(), String> {
+        let rest = self.line.get(self.at..).unwrap_or("");
+        let rest = rest.split(';').next().unwrap_or("").trim();
+        self.at = self.bytes.len();
+        let (kind, names) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        if !matches!(kind.to_ascii_uppercase().as_str(), "REAL" | "INT" | "BOOL") {
+            return Ok(());
+        }
+        for part in names.split(',').filter(|part| !part.contains('[')) {
+            let (name, value) = part.split_once('=').unwrap_or((part, "0"));
+            let value = Reader::new(value.as_bytes(), 0, self.parameters).expression()?;
+            block.sets.push((Key::Name(name.trim().to_ascii_lowercase()), value));
+        }
         Ok(())
     }
 
@@ -298,8 +320,16 @@ impl<'t> Lexer<'t> {
             "ADIS" | "ADISPOS" | "LIMS" => {
                 return self.expression(Reader::expression).map(|_| ());
             }
-            _ if bytes.len() == 1 => bytes[0],
-            _ => return Err(format!("'{name}=' is not understood")),
+            _ if bytes.len() == 1 && bytes[0] != b'_' => bytes[0],
+            _ => {
+                let key = Key::Name(name.to_ascii_lowercase());
+                if !name.starts_with('_') && self.parameters.get(&key).is_err() {
+                    return Err(format!("'{name}=' is not understood"));
+                }
+                let value = self.expression(Reader::expression)?;
+                block.sets.push((key, value));
+                return Ok(());
+            }
         };
         if self.byte() == Some(b'"') {
             let rest = self.bytes.get(self.at + 1..).unwrap_or_default();

@@ -66,6 +66,9 @@ fn run_checked(
     offset: usize,
     block: &Block,
 ) -> Result<(), String> {
+    if machine.corner.is_some() && parts_lines(block) {
+        machine.no_corner()?;
+    }
     let mut once = Once::default();
     for (name, inside) in &block.names {
         match machine.name(line, name, inside, block)? {
@@ -103,6 +106,12 @@ fn run_checked(
         machine.cutter.turn_spindle(line, false);
     }
     flow_codes(machine, flow, line, block)
+}
+
+/// Whether a block changes something between the lines of a corner, which are drawn together.
+fn parts_lines(block: &Block) -> bool {
+    let starts = |code| matches!(code, 30 | 40 | 50 | 60 | 130 | 140);
+    block.has_any(b"ST") || block.codes('G').any(|c| c == 40) || block.codes('M').any(starts)
 }
 
 /// Codes of which a block may hold one, in tenths, by letter: those that change what is read here.
@@ -202,7 +211,7 @@ fn modal(
         }
         540..=599 | 5000..=5990 => machine.work_offset(line, code),
         730 | 740 | 810..=869 | 890 => machine.start_cycle(code),
-        CANCEL => machine.motion = Motion::None,
+        CANCEL => machine.end_cycle(),
         900 => machine.relative = false,
         901 => machine.centre_absolute = true,
         910 => machine.relative = true,
@@ -335,6 +344,11 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     }
     let done = match machine.motion {
         Motion::None => Err("axes without G0, G1, G2, G3 or a cycle".to_owned()),
+        Motion::Rapid | Motion::Straight if block.has_any(b"RIJK") => {
+            Err("R, I, J or K beside G0 or G1 is not supported: controllers differ in what it \
+                 means"
+                .to_owned())
+        }
         Motion::Rapid => machine.straight(line, block, Pace::Rapid),
         Motion::Straight => {
             let pace = machine.cutter.pace()?;
@@ -343,6 +357,9 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         Motion::Arc { clockwise } => machine.arc(line, block, clockwise),
         Motion::Cycle(kind) => machine.drill(line, block, kind),
     };
+    if machine.motion != Motion::Rapid {
+        machine.cuts(line);
+    }
     machine.watch_unit(line, block);
     if machine.cutter.feed.kind == FeedKind::InverseTime {
         machine.cutter.feed.value = None;
@@ -355,14 +372,14 @@ fn sets(machine: &mut Machine<'_>, line: usize, code: i64, block: &Block) -> Res
     let axes = AXES.map(|axis| block.word(axis).map(|word| machine.mm(word.value)));
     match code {
         520 => machine.shift.set_local(axes),
-        920 => machine.shift.set_here(&mut machine.cutter.at, axes, false),
+        920 => machine.stand_at(line, axes, false)?,
         _ => {
             let of = block.get('P').filter(|p| *p != 0.0);
             let offset =
                 of.map(|p| if p <= 6.0 { 530 + (p * 10.0) as i64 } else { 590 + p as i64 - 6 });
             match block.get('L').map(|l| l as i64) {
                 Some(2) => machine.shift.set_origin(offset, axes, machine.relative)?,
-                Some(20) => machine.shift.set_here(&mut machine.cutter.at, axes, true),
+                Some(20) => machine.stand_at(line, axes, true)?,
                 Some(1 | 10 | 11 | 12 | 13) => {
                     let what = "G10 sets tool data: the job's tcp is used";
                     machine.cutter.left_out(line, what.to_owned());
@@ -413,6 +430,10 @@ fn flow_codes(
     for code in block.codes('M') {
         match code {
             20 | 300 => flow.end(),
+            170 if !machine.is_sinumerik => {
+                let what = "M17 ends a subprogram of Sinumerik's; here it is left out";
+                machine.cutter.left_out(line, what.to_owned());
+            }
             990 | 170 => {
                 let starts_again = match block.get('P').filter(|_| code == 990) {
                     Some(number) => flow.back_to(number)?,

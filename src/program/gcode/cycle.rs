@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 
 use super::block::Block;
 use super::state::{AXES, Cycle, CycleKind, Machine, Motion};
+use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Plane;
 use crate::program::cutter::{FeedKind, Hole};
@@ -12,6 +13,9 @@ use crate::program::log::States;
 
 /// Of a cycle, and of pecks in a hole.
 const MAX_REPEATS: f64 = 10_000.0;
+
+/// How far over the last depth a peck stops, mm: 0.010 inch.
+const CLEARANCE_MM: f64 = 0.254;
 
 impl Machine<'_> {
     /// G73–G89.
@@ -23,12 +27,25 @@ impl Machine<'_> {
             other => CycleKind::Unknown(other / 10),
         };
         if !matches!(self.motion, Motion::Cycle(_)) {
+            self.was_rapid = self.motion == Motion::Rapid;
             let Plane([.., w]) = self.plane;
             let initial = self.cutter.at[w].unwrap_or_default();
             self.cycle = Cycle { initial, ..Cycle::default() };
         }
         self.cycle.is_tap = matches!(code, 740 | 840);
+        self.cycle.dwells = !matches!(code, 810 | 850);
+        self.cycle.breaks_chips = code == 730;
         self.motion = Motion::Cycle(kind);
+    }
+
+    /// G80. To Fanuc, cycles are a group of their own and G0 holds again; to LinuxCNC nothing does.
+    /// Behind G1 the two differ in what moves.
+    pub(super) fn end_cycle(&mut self) {
+        let goes_on = match self.motion {
+            Motion::Cycle(_) => self.was_rapid,
+            other => other == Motion::Rapid,
+        };
+        self.motion = if goes_on { Motion::Rapid } else { Motion::None };
     }
 
     /// A hole, or several in a row where L or K repeats a relative block.
@@ -47,7 +64,10 @@ impl Machine<'_> {
             return Err("a cycle in inverse time or on turned work is not supported".to_owned());
         }
         let Plane([u, v, w]) = self.plane;
-        let before = self.cutter.place().ok_or("a cycle from an unknown position")?;
+        let before = match self.cutter.place() {
+            Some(place) => place,
+            None => self.over_first_hole(line, block)?,
+        };
         let [retract, bottom, step] =
             [b'R', AXES[w], b'Q'].map(|letter| block.word(letter).map(|word| self.mm(word.value)));
         self.cycle.retract = retract.or(self.cycle.retract);
@@ -70,6 +90,9 @@ impl Machine<'_> {
             return Err(format!("{repeats} repeats: expected a whole number from 0"));
         }
         let depths = self.depths(kind, retract, bottom)?;
+        if depths.len() > 1 {
+            self.tell_clearance(line);
+        }
         if self.cycle.is_tap {
             self.cutter.taps(line);
             if self.cutter.feed.kind == FeedKind::PerMinute {
@@ -81,12 +104,13 @@ impl Machine<'_> {
         let initial = if self.back_to_initial { self.cycle.initial } else { retract };
         let hole = Hole {
             clearance: retract,
+            lifts: vec![self.cycle.breaks_chips.then_some(CLEARANCE_MM); depths.len()],
             depths,
-            over_peck: 0.0,
+            over_peck: CLEARANCE_MM,
             retract: initial,
             feed,
             out: if kind == CycleKind::Bore { feed } else { Pace::Rapid },
-            dwell_s: self.cycle.dwell_s,
+            dwell_s: if self.cycle.dwells { self.cycle.dwell_s } else { 0.0 },
             dwell_out_s: 0.0,
         };
         let axis = Vector3::ith(w, 1.0);
@@ -109,11 +133,35 @@ impl Machine<'_> {
         Ok(())
     }
 
-    fn depths(&self, kind: CycleKind, retract: f64, bottom: f64) -> Result<Vec<f64>, String> {
-        if kind != CycleKind::Peck {
-            return Ok(vec![bottom]);
+    /// The height is known: the cycle begins with a rapid move over its first hole.
+    fn over_first_hole(&mut self, line: usize, block: &Block) -> Result<Vector3<f64>, String> {
+        let unknown = "a cycle from an unknown position";
+        let Plane([u, v, w]) = self.plane;
+        let (at, to) = (self.cutter.at, self.end_of(block)?);
+        let mut over = Vector3::zeros();
+        for (axis, known) in [(u, to[u]), (v, to[v]), (w, at[w])] {
+            over[axis] = known.ok_or(unknown)?;
         }
-        let step = self.cycle.step.ok_or("G83 has no Q")?;
+        self.line_to(line, over, Pace::Rapid, None)?;
+        Ok(over)
+    }
+
+    fn tell_clearance(&mut self, line: usize) {
+        let what = format!(
+            "pecks stop {CLEARANCE_MM} mm over the last depth, and chips are broken by a way back \
+             of as much, as LinuxCNC has it: on other controllers a parameter says how far"
+        );
+        // The time matters where the spindle's speed follows it.
+        let code = if self.is_scheduled { Code::UnitAssumed } else { Code::Assumed };
+        self.cutter.log.warning(code, line, what);
+    }
+
+    fn depths(&self, kind: CycleKind, retract: f64, bottom: f64) -> Result<Vec<f64>, String> {
+        let step = match (kind, self.cycle.step) {
+            (CycleKind::Peck, step) => step.ok_or("G83 has no Q")?,
+            (_, Some(step)) if self.cycle.breaks_chips => step,
+            _ => return Ok(vec![bottom]),
+        };
         let count = ((retract - bottom) / step).ceil().max(1.0);
         if !(step > 0.0 && count <= MAX_REPEATS) {
             return Err(format!("Q is {step} mm for a depth of {} mm", retract - bottom));

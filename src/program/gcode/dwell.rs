@@ -6,14 +6,16 @@ use crate::notes::Code;
 use crate::program::DwellUnit;
 use crate::units::{hz_from_rpm, s_from_ms};
 
-/// P without a decimal point from which on nobody waits so many seconds.
+/// P, X or U without a decimal point from which on nobody waits so many seconds.
 const MIN_MILLISECONDS: f64 = 100.0;
 
 impl Machine<'_> {
-    /// The time that P gives, s: seconds with a decimal point, on every controller that takes one.
+    /// The time that P, X or U gives, s: seconds with a decimal point, on every controller that
+    /// takes one.
     pub(super) fn dwell_s(&mut self, line: usize, p: Word) -> Result<f64, String> {
+        let letter = char::from(p.letter);
         if p.value < 0.0 {
-            return Err(format!("P is {}, must not be negative", p.value));
+            return Err(format!("{letter} is {}, must not be negative", p.value));
         }
         if p.has_point || p.value == 0.0 {
             return Ok(p.value);
@@ -24,7 +26,7 @@ impl Machine<'_> {
                 false => (DwellUnit::Milliseconds, "milliseconds"),
             };
             let what = format!(
-                "P{} of a dwell is taken as {shown}: it is in seconds on LinuxCNC and in \
+                "{letter}{} of a dwell is taken as {shown}: it is in seconds on LinuxCNC and in \
                  milliseconds on Fanuc and Haas; path.program.dwell_unit: s or ms in the job says \
                  which",
                 p.value
@@ -40,13 +42,12 @@ impl Machine<'_> {
         })
     }
 
-    /// G4: P, or X, U and F in seconds, or S in turns of the spindle.
+    /// G4: P, X or U, or F in seconds, or S in turns of the spindle.
     pub(super) fn dwell(&mut self, line: usize, block: &Block) -> Result<(), String> {
-        let seconds = if let Some(p) = block.word(b'P') {
-            self.dwell_s(line, p)?
-        } else if let Some(seconds) =
-            [b'X', b'U', b'F'].into_iter().find_map(|letter| block.word(letter))
-        {
+        let mut times = [b'P', b'X', b'U'].into_iter();
+        let seconds = if let Some(time) = times.find_map(|letter| block.word(letter)) {
+            self.dwell_s(line, time)?
+        } else if let Some(seconds) = block.word(b'F') {
             seconds.value
         } else if let Some(turns) = block.word(b'S') {
             match self.cutter.rpm {

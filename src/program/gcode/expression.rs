@@ -81,16 +81,29 @@ pub(super) struct Reader<'t> {
     pub(super) at: usize,
     pub(super) parameters: &'t Parameters,
     depth: usize,
+    /// Parentheses hold comments, not terms.
+    has_comments: bool,
 }
 
 impl<'t> Reader<'t> {
     pub(super) fn new(bytes: &'t [u8], at: usize, parameters: &'t Parameters) -> Self {
-        Self { bytes, at, parameters, depth: 0 }
+        Self { bytes, at, parameters, depth: 0, has_comments: false }
+    }
+
+    /// As RS-274 and Fanuc have it; Sinumerik has terms in parentheses.
+    pub(super) fn with_comments(self) -> Self {
+        Self { has_comments: true, ..self }
     }
 
     pub(super) fn skip_blanks(&mut self) {
-        while self.bytes.get(self.at).is_some_and(|byte| byte.is_ascii_whitespace()) {
-            self.at += 1;
+        while let Some(byte) = self.bytes.get(self.at) {
+            let rest = self.bytes.get(self.at..).unwrap_or_default();
+            let end = rest.iter().position(|byte| *byte == b')');
+            match end.filter(|_| self.has_comments && *byte == b'(') {
+                Some(end) => self.at += end + 1,
+                None if byte.is_ascii_whitespace() => self.at += 1,
+                None => return,
+            }
         }
     }
 
@@ -142,6 +155,15 @@ impl<'t> Reader<'t> {
         Ok(Key::Number(number as i64))
     }
 
+    /// A variable of Sinumerik's: letters, digits and underscores.
+    fn variable(&mut self) -> Key {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let name = rest.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_');
+        let name: String = name.map(|byte| char::from(byte.to_ascii_lowercase())).collect();
+        self.at += name.len();
+        Key::Name(name)
+    }
+
     fn deeper<T>(
         &mut self,
         inner: impl FnOnce(&mut Self) -> Result<T, String>,
@@ -178,6 +200,10 @@ impl<'t> Reader<'t> {
                 Ok(value)
             }
             Some(byte) if byte.is_ascii_digit() || byte == b'.' => self.number(),
+            Some(b'_') => {
+                let key = self.variable();
+                self.parameters.get(&key)
+            }
             Some(byte) if byte.is_ascii_alphabetic() => self.function(),
             _ => Err("expected a number in an expression".to_owned()),
         }
@@ -297,6 +323,12 @@ fn apply(operator: &str, left: f64, right: f64) -> Result<f64, String> {
         "GE" => truth(left >= right),
         "LT" => truth(left < right),
         "LE" => truth(left <= right),
+        "AND" | "OR" | "XOR" if [left, right].iter().any(|own| *own != 0.0 && *own != 1.0) => {
+            return Err(format!(
+                "{left} {operator} {right}: Fanuc joins the bits of numbers, LinuxCNC their truth; \
+                 write conditions, which are 0 or 1"
+            ));
+        }
         "AND" => truth(left != 0.0 && right != 0.0),
         "OR" => truth(left != 0.0 || right != 0.0),
         _ => truth((left != 0.0) != (right != 0.0)),

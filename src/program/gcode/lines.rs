@@ -107,6 +107,23 @@ impl Machine<'_> {
         }
     }
 
+    /// G92 or G10 L20: where the tool stands has these coordinates. Where the place was not known,
+    /// the path starts there.
+    pub(super) fn stand_at(
+        &mut self,
+        line: usize,
+        axes: [Option<f64>; 3],
+        is_of_offset: bool,
+    ) -> Result<(), String> {
+        self.no_corner()?;
+        let was_known = self.cutter.place().is_some();
+        self.shift.set_here(&mut self.cutter.at, axes, is_of_offset);
+        match self.cutter.place() {
+            Some(place) if !was_known => self.line_to(line, place, Pace::Rapid, None),
+            _ => Ok(()),
+        }
+    }
+
     /// What comes now does not go on from a corner.
     pub(super) fn no_corner(&mut self) -> Result<(), String> {
         match self.corner.take() {

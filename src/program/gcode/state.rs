@@ -24,7 +24,7 @@ pub(super) enum Motion {
     Cycle(CycleKind),
 }
 
-/// What distinguishes the cycles as motion. The short lifts of G73 leave the path as it is.
+/// What distinguishes the cycles as motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CycleKind {
     /// G81, G82, G73, G86: out at rapid.
@@ -46,6 +46,10 @@ pub(super) struct Cycle {
     pub(super) bottom: Option<f64>,
     pub(super) step: Option<f64>,
     pub(super) dwell_s: f64,
+    /// The code has a dwell at the bottom.
+    pub(super) dwells: bool,
+    /// Between pecks the tool goes back a little alone.
+    pub(super) breaks_chips: bool,
     pub(super) is_tap: bool,
 }
 
@@ -81,6 +85,12 @@ pub(super) struct Machine<'a> {
     next_tool: Option<f64>,
     /// T only selects, M6 changes; without an M6 in the program, T does both.
     waits_for_change: bool,
+    /// No M6 has come, and one will.
+    waits_for_first: bool,
+    /// Line of the first cut before it.
+    cuts_before_change: Option<usize>,
+    /// G0 held before the cycle: G80 goes back to it.
+    pub(super) was_rapid: bool,
 }
 
 impl<'a> Machine<'a> {
@@ -109,6 +119,9 @@ impl<'a> Machine<'a> {
             is_scheduled: settings.is_scheduled,
             next_tool: None,
             waits_for_change,
+            waits_for_first: waits_for_change,
+            cuts_before_change: None,
+            was_rapid: false,
         }
     }
 
@@ -162,12 +175,26 @@ impl<'a> Machine<'a> {
 
     /// The tool that was selected is in the spindle from here on.
     pub(super) fn change_tool(&mut self) -> Result<(), String> {
+        if let Some(line) = self.cuts_before_change.take() {
+            let what = "cuts before the first M6: which tool is in the spindle is not stated; the \
+                        one that M6 loads later is taken";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
+        self.waits_for_first = false;
         self.next_tool.map_or(Ok(()), |tool| self.cutter.tool(tool))
+    }
+
+    /// A move at feed.
+    pub(super) fn cuts(&mut self, line: usize) {
+        if self.waits_for_first {
+            self.cuts_before_change.get_or_insert(line);
+        }
     }
 
     /// The value of an axis word: mm in the job's work object.
     fn axis(&self, block: &Block, axis: usize) -> Result<Option<f64>, String> {
-        let before = self.cutter.at[axis];
+        // A line that ends in a corner is not drawn yet.
+        let before = self.corner.map_or(self.cutter.at[axis], |corner| Some(corner.to[axis]));
         let Some(word) = block.word(AXES[axis]) else { return Ok(before) };
         let value = self.mm(word.value);
         let is_relative = match word.counts {

@@ -1,9 +1,11 @@
 //! Heidenhain's conversational language → its blocks, and their words.
 
+use std::collections::BTreeMap;
+
 use crate::program::span::Span;
 
 /// Words whose number is one of its own: `CYCL DEF 7.1`, also as `CYCL DEF7.1`.
-const NUMBERED_BEHIND: [&str; 4] = ["DEF", "CALL", "LBL", "PROBE"];
+const NUMBERED_BEHIND: [&str; 5] = ["DEF", "CALL", "LBL", "PROBE", "FN"];
 
 /// A word: `X+10`, `IZ-2`, `FMAX`, `DR+`, `Q200=2`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,8 +111,12 @@ pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
     found
 }
 
-/// The words of a text that begins at `offset` of the program's. Decimal commas are points.
-pub(super) fn parse(text: &str, offset: usize) -> Block<'_> {
+/// Q parameters that the program sets, by number.
+pub(super) type Parameters = BTreeMap<u32, f64>;
+
+/// The words of a text that begins at `offset` of the program's. Decimal commas are points; a Q
+/// parameter that is known stands for its number.
+pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -> Block<'t> {
     let content = text.split(';').next().unwrap_or("");
     let bytes = content.as_bytes();
     let (mut words, mut quoted) = (Vec::new(), None);
@@ -138,7 +144,7 @@ pub(super) fn parse(text: &str, offset: usize) -> Block<'_> {
         while at < bytes.len() && bytes[at].is_ascii_alphabetic() {
             at += 1;
         }
-        let name_end = at;
+        let (name_end, whole_end) = (at, at);
         // Q200 is a name; X10 is a letter and a number.
         let is_parameter = content.get(start..name_end) == Some("Q");
         if is_parameter {
@@ -150,12 +156,30 @@ pub(super) fn parse(text: &str, offset: usize) -> Block<'_> {
                 at += 1;
             }
             let length = number_length(bytes, at);
-            words.push(
-                word(content, start, at, at + length, offset).named(content, start, name_end),
-            );
+            let own = word(content, start, at, at + length, offset).named(content, start, name_end);
             at += length;
+            // `Q206 = Q2`; `FN 0: Q2 = …` sets it.
+            let (value, length) = parameter(content, at, parameters);
+            at += length;
+            words.push(Word { value: own.value.or(value), ..own });
             continue;
         }
+        // `FQ2` is F with the value of Q2, `X-Q2` X with its negative.
+        if content.get(name_end - 1..name_end) == Some("Q") && name_end - start > 1 {
+            at = name_end - 1;
+        }
+        let name_end = at;
+        let sign = usize::from(matches!(bytes.get(at), Some(b'+' | b'-')));
+        let (value, length) = parameter(content, at + sign, parameters);
+        if let Some(value) = value {
+            let value = if sign == 1 && bytes[at] == b'-' { -value } else { value };
+            let own = word(content, start, at, at, offset).named(content, start, name_end);
+            words.push(Word { value: Some(value), ..own });
+            at += sign + length;
+            continue;
+        }
+        at = whole_end;
+        let name_end = whole_end;
         let length = number_length(bytes, at);
         let own = word(content, start, at, at + length, offset).named(content, start, name_end);
         if own.value.is_some() && NUMBERED_BEHIND.contains(&own.name) {
@@ -168,6 +192,18 @@ pub(super) fn parse(text: &str, offset: usize) -> Block<'_> {
         at += length;
     }
     Block { words, quoted }
+}
+
+/// The value of the Q parameter that stands at a place, if the program has set it, and how long its
+/// name is.
+fn parameter(content: &str, at: usize, parameters: &Parameters) -> (Option<f64>, usize) {
+    let digits = content.get(at..).and_then(|rest| rest.strip_prefix('Q')).unwrap_or("");
+    let length = digits.bytes().take_while(u8::is_ascii_digit).count();
+    let number = digits.get(..length).and_then(|digits| digits.parse().ok());
+    match number.and_then(|number: u32| parameters.get(&number)) {
+        Some(value) => (Some(*value), 1 + length),
+        None => (None, 0),
+    }
 }
 
 impl<'t> Word<'t> {
@@ -206,12 +242,13 @@ mod tests {
 
     #[test]
     fn a_blank_before_the_number_of_a_cycle_may_be_left_out() {
+        let none = Parameters::new();
         for text in ["CYCL DEF 7.1 X+10", "CYCL DEF7.1 X+10", "LBL 3", "LBL3", "TOOL CALL5 Z"] {
             let own: Vec<_> =
-                parse(text, 0).words.iter().map(|word| (word.name, word.value)).collect();
+                parse(text, 0, &none).words.iter().map(|word| (word.name, word.value)).collect();
             let spaced = text.replace("DEF7", "DEF 7").replace("LBL3", "LBL 3");
             let spaced = spaced.replace("CALL5", "CALL 5");
-            let other = parse(&spaced, 0);
+            let other = parse(&spaced, 0, &none);
             let other: Vec<_> = other.words.iter().map(|word| (word.name, word.value)).collect();
             assert_eq!(own, other, "{text}");
         }
@@ -219,8 +256,9 @@ mod tests {
 
     #[test]
     fn words_of_blocks() {
+        let none = Parameters::new();
         let text = "L  X+10.5 IZ-2 R0 FMAX M3 ; X1";
-        let block = parse(text, 0);
+        let block = parse(text, 0, &none);
         let found: Vec<_> = block.words.iter().map(|word| (word.name, word.value)).collect();
         assert_eq!(
             found,
@@ -233,12 +271,29 @@ mod tests {
                 ("M", Some(3.0))
             ]
         );
-        let block = parse("TOOL CALL 5 Z S1200 DL+0,5", 100);
+        let block = parse("TOOL CALL 5 Z S1200 DL+0,5", 100, &none);
         assert_eq!((block.name(0), block.name(1)), ("TOOL", "CALL"));
         assert_eq!(block.words[2].value, Some(5.0));
         assert_eq!(block.word("S").unwrap().span, Some(Span::new(115, 119)));
         assert_eq!(block.get("DL"), Some(0.5));
-        assert_eq!(parse("C X+1 DR-", 0).word("DR").unwrap().sign, Some(false));
-        assert_eq!(parse("Q201=-20 ;DEPTH", 0).get("Q201"), Some(-20.0));
+        assert_eq!(parse("C X+1 DR-", 0, &none).word("DR").unwrap().sign, Some(false));
+        assert_eq!(parse("Q201=-20 ;DEPTH", 0, &none).get("Q201"), Some(-20.0));
+    }
+
+    #[test]
+    fn parameters_that_are_known_stand_for_their_numbers() {
+        let known = Parameters::from([(2, 68.0), (30, -1.5)]);
+        let values = |text| -> Vec<(&str, Option<f64>)> {
+            let block = parse(text, 0, &known);
+            block.words.iter().map(|word| (word.name, word.value)).collect()
+        };
+        assert_eq!(
+            values("L X+Q30 Z-Q30 FQ2 M3"),
+            [("L", None), ("X", Some(-1.5)), ("Z", Some(1.5)), ("F", Some(68.0)), ("M", Some(3.0))]
+        );
+        assert_eq!(values("Q206=Q2 Q201=-20"), [("Q206", Some(68.0)), ("Q201", Some(-20.0))]);
+        // Q3 is not known, and Q2 no part of it.
+        assert_eq!(values("L FQ3"), [("L", None), ("FQ", Some(3.0))]);
+        assert!(parse("L FQ2", 0, &known).word("F").unwrap().span.is_none());
     }
 }

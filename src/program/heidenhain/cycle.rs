@@ -16,6 +16,9 @@ use crate::units::m_per_s_from_mm_per_min;
 /// This feed in a Q parameter stands for FMAX.
 const FMAX_MM_PER_MIN: f64 = 99_999.0;
 
+/// Q256 where the cycle does not have it, mm.
+const CHIP_BREAK_MM: f64 = 0.2;
+
 /// A drilling cycle: its number, its line, and each Q with its place in the text.
 #[derive(Clone)]
 pub(super) struct Cycle {
@@ -137,10 +140,11 @@ impl Reader<'_, '_> {
         let step = self.mm(get("Q202").unwrap_or(0.0));
         let [less, least] = ["Q212", "Q205"].map(|name| self.mm(get(name).unwrap_or(0.0)));
         let depths = pecks(depth, step, less, least);
-        // Chips are broken by a short way back, which is left out.
+        // Chips are broken by a short way back so many times before the tool comes out.
         let breaks = get("Q213").unwrap_or(0.0).clamp(0.0, 1e4) as usize;
-        let last = depths.len() - 1;
-        let is_whole = |peck: &usize| *peck == last || (peck + 1).is_multiple_of(breaks + 1);
+        let lift = self.mm(get("Q256").unwrap_or(CHIP_BREAK_MM));
+        let comes_out = |peck: usize| (peck + 1).is_multiple_of(breaks + 1);
+        let lifts = (0..depths.len()).map(|peck| (!comes_out(peck)).then_some(lift)).collect();
         let feed = need("Q206")?;
         let pace = |feed: f64| Pace::Feed(m_per_s_from_mm_per_min(self.mm_per_min(feed)));
         // Reaming and universal drilling say how fast the tool comes out, and by 0: as it went in.
@@ -163,7 +167,8 @@ impl Reader<'_, '_> {
         }
         let hole = Hole {
             clearance,
-            depths: (0..=last).filter(is_whole).map(|peck| surface + depths[peck]).collect(),
+            depths: depths.iter().map(|depth| surface + depth).collect(),
+            lifts,
             over_peck: clearance - surface,
             retract: second.max(clearance),
             feed,

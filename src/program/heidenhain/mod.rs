@@ -2,7 +2,7 @@
 //!
 //! Read: L, CC with C and CP in planes of two axes, CR, LP, TOOL CALL, F, FMAX, M, drilling cycles
 //! 200, 201 and 203 with CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP.
-//! Errors: Q parameters in words, other cycles, planes and shifts of the work, rounded corners. The
+//! Q parameters that FN 0 sets stand for their numbers. Errors: others, other cycles, planes and shifts of the work, rounded corners. The
 //! preset is the job's work object.
 
 mod block;
@@ -19,7 +19,7 @@ use super::unread::{behind_end, left_over, read_as_run};
 use super::{Pace, Settings};
 use crate::notes::Code;
 use crate::units::{mm_from_inch, rad_from_deg};
-use block::{Block, Text, Word, blocks, content, parse};
+use block::{Block, Parameters, Text, Word, blocks, content, parse};
 use cycle::Cycle;
 
 /// Blocks that repeats may run beyond one pass through the program.
@@ -45,8 +45,9 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
         reader.cutter.log.error(Code::Syntax, last, what);
     }
     let heads = reader.labels.values().copied().collect();
+    let none = Parameters::new();
     let moves = |text: &Text<'_>| {
-        let first = text.parts.first().map(|(offset, part)| parse(part, *offset));
+        let first = text.parts.first().map(|(offset, part)| parse(part, *offset, &none));
         first.is_some_and(|block| matches!(block.name(0), "L" | "C" | "CR" | "CP" | "LP"))
     };
     let left = left_over(&reader.ran, reader.next, &heads);
@@ -76,6 +77,8 @@ struct Reader<'a, 't> {
     is_refused: bool,
     /// F of the last TOOL CALL, which FAUTO means.
     feed_of_tool: Option<Feed>,
+    /// What FN 0 has set.
+    parameters: Parameters,
     has_end: bool,
 }
 
@@ -106,6 +109,7 @@ impl<'a, 't> Reader<'a, 't> {
             cycle: None,
             is_refused: false,
             feed_of_tool: None,
+            parameters: Parameters::new(),
             has_end: false,
         }
     }
@@ -125,7 +129,7 @@ impl<'a, 't> Reader<'a, 't> {
             self.budget -= 1;
             let mut block = Block::default();
             for (offset, part) in &text.parts {
-                let own = parse(part, *offset);
+                let own = parse(part, *offset, &self.parameters);
                 block.words.extend(own.words);
                 block.quoted = block.quoted.or(own.quoted);
             }
@@ -142,11 +146,15 @@ impl<'a, 't> Reader<'a, 't> {
     }
 
     fn block(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
-        if block.words.iter().any(|word| word.name != "Q" && word.name.starts_with('Q'))
-            && !matches!(block.name(0), "CYCL" | "TCH")
+        // `X+Q5` and `FQ5` of a Q5 that nothing has set.
+        let is_unset = |word: &Word<'_>| {
+            word.name.len() > 1 && (word.name.starts_with('Q') || word.name.ends_with('Q'))
+        };
+        if block.words.iter().any(is_unset)
+            && !matches!(block.name(0), "CYCL" | "TCH" | "FN")
             && !block.name(0).starts_with('Q')
         {
-            return Err("Q parameters in words are not supported".to_owned());
+            return Err("Q parameters in words are read only where FN 0 has set them".to_owned());
         }
         if let Some(block) = without_handwheel(block) {
             let what =
@@ -163,7 +171,10 @@ impl<'a, 't> Reader<'a, 't> {
                 self.has_end = true;
                 Ok(())
             }
-            "FN" => Err("FN: parameters and jumps are not supported".to_owned()),
+            "FN" if block.words.get(1).is_some_and(|of| of.value == Some(0.0)) => {
+                self.assign(block.words.get(2..).unwrap_or_default())
+            }
+            "FN" => Err("FN: of parameters and jumps FN 0 alone is supported".to_owned()),
             "TCH" => {
                 self.probe(line, block);
                 Ok(())
@@ -194,9 +205,21 @@ impl<'a, 't> Reader<'a, 't> {
             "PLANE" => Err("PLANE tilts the working plane and is not supported".to_owned()),
             "TRANS" if block.has("RESET") => Ok(()),
             "M" => self.m_codes(line, block, false),
-            name if name.starts_with('Q') => Err("Q parameters are not supported".to_owned()),
+            name if name.starts_with('Q') => self.assign(&block.words),
             name => Err(format!("'{name}' is not understood; motion may be lost")),
         }
+    }
+
+    /// `FN 0: Q2 = +68`, or `Q2 = 68`.
+    fn assign(&mut self, words: &[Word<'_>]) -> Result<(), String> {
+        let number = |word: &Word<'_>| word.name.strip_prefix('Q')?.parse::<u32>().ok();
+        let set = match words {
+            [word] => number(word).zip(word.value),
+            _ => None,
+        };
+        let (number, value) = set.ok_or("a Q parameter is set by a number or another alone")?;
+        self.parameters.insert(number, value);
+        Ok(())
     }
 
     fn tool(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {

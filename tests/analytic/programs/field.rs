@@ -207,7 +207,9 @@ fn feeds_of_heidenhain_in_all_their_words() {
     }
     let none = heidenhain("L Z+5 F500").replace(" F350", "").replace("F500", "FAUTO");
     refused(&none, Dialect::Heidenhain, "the last TOOL CALL has no F");
-    for (call, said) in [("TOOL CALL 1 Z SQ1", "'SQ'"), ("TOOL CALL 1 Z S", "S without a number")] {
+    for (call, said) in
+        [("TOOL CALL 1 Z SQ1", "Q parameters in words"), ("TOOL CALL 1 Z S", "S without a number")]
+    {
         refused(&heidenhain(call), Dialect::Heidenhain, said);
     }
     let named =
@@ -216,7 +218,7 @@ fn feeds_of_heidenhain_in_all_their_words() {
 }
 
 /// Pecks of 5 mm to 20 mm, from 2 mm above the surface: cycle 200 begins each 2 mm over the last;
-/// 203 with one break of the chip between two retracts, and out at Q208.
+/// 203 with one break of the chip by 1 mm between two retracts, and out at Q208.
 #[test]
 fn pecks_of_heidenhain() {
     let cycle = |number: u32, more: &str| {
@@ -234,9 +236,9 @@ fn pecks_of_heidenhain() {
         heights(&cycle(200, "")),
         [2., -5., 2., -3., -10., 2., -8., -15., 2., -13., -20., 2., 20.]
     );
-    let broken = cycle(203, "Q213=+1 Q208=+1000");
-    assert_eq!(heights(&broken), [2., -10., 2., -8., -20., 2., 20.]);
-    let out = of(&broken, Dialect::Heidenhain).moves[6].feed_m_per_s * 6e4;
+    let broken = cycle(203, "Q213=+1 Q256=+1 Q208=+1000");
+    assert_eq!(heights(&broken), [2., -5., -4., -10., 2., -8., -15., -14., -20., 2., 20.]);
+    let out = of(&broken, Dialect::Heidenhain).moves[10].feed_m_per_s * 6e4;
     assert!((out - 1000.0).abs() < 1e-9, "{out}");
     // 8, 6, 4 and the rest of 20 mm.
     let less = cycle(203, "Q212=+2 Q205=+1 Q208=+0").replace("Q202=+5", "Q202=+8");

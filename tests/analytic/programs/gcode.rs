@@ -43,7 +43,8 @@ fn pocket_with_arcs_and_holes() {
             ('L', [40.0, 0.0, 1.0]),
             ('L', [40.0, 0.0, -2.0]),
             ('L', [40.0, 0.0, 1.0]),
-            ('L', [40.0, 0.0, -2.0]),
+            // 0.254 mm over the last depth.
+            ('L', [40.0, 0.0, -1.746]),
             ('L', [40.0, 0.0, -5.0]),
             ('L', [40.0, 0.0, 1.0]),
             ('L', [25.4, 0.0, 1.0]),
@@ -214,7 +215,6 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
         ("G20 G1 X1 F9", "change of units"),
         ("G95 G1 X5 F0.1", "speed is not known"),
         ("G1 X5 (open", "not closed"),
-        ("G80 X5", "axes without G0"),
         ("G1 X60 X90", "two X words"),
         ("X1 F100 F900", "two F words"),
         ("G0 G1 X5", "G0 and G1 in one block"),

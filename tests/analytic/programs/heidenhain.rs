@@ -68,7 +68,7 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
         ("CYCL CALL PAT FMAX", "'CYCL CALL PAT' is not supported"),
         ("CYCL DEF 252 CIRCULAR POCKET", "cycle 252"),
         ("PLANE SPATIAL SPA+45", "PLANE tilts"),
-        ("FN 9: IF +0 EQU +0 GOTO LBL 5", "FN: parameters and jumps"),
+        ("FN 9: IF +0 EQU +0 GOTO LBL 5", "FN: of parameters and jumps FN 0 alone"),
         ("L X+5 M89", "M89 changes motion"),
         ("L X+5 M128", "M128 moves with rotary axes"),
         ("TOOL CALL 5 Y S1000", "tool axis Y"),

@@ -3,6 +3,7 @@
 //! Expected poses are worked out by hand from the frames in the programs, never by the reader.
 
 mod apt;
+mod blocks;
 mod cells;
 mod controllers;
 mod field;

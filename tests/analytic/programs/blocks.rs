@@ -1,0 +1,232 @@
+//! Blocks of public G-code that were read wrongly in silence, or refused though every control runs them. Expected
+//! places and times are worked out by hand.
+
+use detune::motion::Timing;
+use detune::notes::{Class, Code};
+use detune::program::{Dialect, DwellUnit, Program, Settings, read};
+
+use super::support::{assert_ends, at, ended, faults, settings};
+
+fn read_with(text: &str, dialect: Dialect, settings: &Settings) -> Program {
+    read(ended(text, dialect).as_bytes(), dialect, settings)
+        .unwrap_or_else(|found| panic!("{text}: {found:?}"))
+}
+
+fn gcode(text: &str) -> Program {
+    read_with(text, Dialect::GCode, &settings())
+}
+
+/// Lines behind a head that knows the place, G0 X0 Y0 Z5, on line 3.
+fn behind_head(text: &str) -> Program {
+    gcode(&format!("G21 G17 G90 G94 G54\nS3000 M3\nG0 X0 Y0 Z5\n{text}"))
+}
+
+fn seconds(program: &Program) -> f64 {
+    let of = |timing: &Timing| if let Timing::Seconds(seconds) = timing { *seconds } else { 0.0 };
+    program.moves.iter().map(|each| of(&each.timing)).sum()
+}
+
+fn doubts(program: &Program) -> Vec<(Code, usize)> {
+    let told = program.warnings.iter().filter(|note| note.code.class() == Class::Doubt);
+    told.map(|note| (note.code, at(note))).collect()
+}
+
+#[test]
+fn axes_that_are_not_named_behind_a_corner_are_those_of_the_corner() {
+    let expected = [
+        ('L', [0.0, 0.0, 5.0]),
+        ('L', [40.0, 0.0, 5.0]),
+        ('L', [50.0, 10.0, 5.0]),
+        ('L', [50.0, 50.0, 5.0]),
+        ('L', [0.0, 50.0, 5.0]),
+    ];
+    assert_ends(&behind_head("G1 X50 F600 ,C10\nY50\nX0"), &expected);
+    assert_ends(&behind_head("G91 G1 X50 F600 ,C10\nY50\nX-50"), &expected);
+    // Two corners in a row.
+    assert_ends(
+        &behind_head("G1 X50 F600 ,C10\nY50 ,C10\nX0"),
+        &[
+            ('L', [0.0, 0.0, 5.0]),
+            ('L', [40.0, 0.0, 5.0]),
+            ('L', [50.0, 10.0, 5.0]),
+            ('L', [50.0, 40.0, 5.0]),
+            ('L', [40.0, 50.0, 5.0]),
+            ('L', [0.0, 50.0, 5.0]),
+        ],
+    );
+    for between in ["M5", "S900", "G4 P1.", "G92 X0", "M6 T1"] {
+        let text = format!("G0 X0 Y0 Z5\nG1 X50 F600 ,C10\n{between}\nY50");
+        let found = faults(&text, Dialect::GCode);
+        assert!(found[0].what.contains("corner of line 2"), "{between}: {found:?}");
+    }
+}
+
+#[test]
+fn where_g92_states_the_place_the_path_starts_there() {
+    for set in ["G92 X0 Y0 Z0", "G10 L20 P1 X0 Y0 Z0"] {
+        let program = gcode(&format!("G21 G90\n{set}\nM3 S1000\nG1 X10 F600\nG1 X20"));
+        let ends = [('L', [0.0; 3]), ('L', [10.0, 0.0, 0.0]), ('L', [20.0, 0.0, 0.0])];
+        assert_ends(&program, &ends);
+        let arc = gcode(&format!("G21 G90\n{set}\nM3 S1000\nG2 X10 Y0 I5 J0 F600"));
+        assert_ends(&arc, &[('L', [0.0; 3]), ('A', [10.0, 0.0, 0.0])]);
+    }
+    // The place was known: nothing moves.
+    assert_ends(
+        &behind_head("G92 X100\nG1 X110 F600"),
+        &[('L', [0.0, 0.0, 5.0]), ('L', [10.0, 0.0, 5.0])],
+    );
+}
+
+#[test]
+fn a_cut_before_the_first_tool_change_is_with_a_tool_that_nobody_states() {
+    let cut = "G90 G21 G0 X0 Y0 Z5 S1200 M3 T2\nG43 Z5 H1\nG1 X50 F500\n";
+    let program = gcode(&format!("{cut}M6\nG1 X0"));
+    assert_eq!(doubts(&program), [(Code::ChangeIgnored, 3)], "{:?}", program.warnings);
+    // Without an M6, T itself changes; before a cut nothing is in doubt.
+    assert_eq!(doubts(&gcode(cut)), []);
+    assert_eq!(doubts(&gcode("G90 G21 G0 X0 Y0 Z5\nT2 M6\nS900 M3\nG1 X50 F500")), []);
+}
+
+#[test]
+fn pecks_stop_short_of_the_last_depth_and_break_chips() {
+    let ends = |code: &str| -> Vec<f64> {
+        let program = behind_head(&format!("G98 {code} X0 Y0 Z-4 F60 Q3 R1"));
+        program.moves[1..]
+            .iter()
+            .map(|each| (1e6 * super::support::end(each).1.translation.z).round() / 1e3)
+            .collect()
+    };
+    // R is 1: 3 mm to −2, out, to 0.254 over it, on to −4, out.
+    assert_eq!(ends("G83"), [1.0, -2.0, 1.0, -1.746, -4.0, 1.0, 5.0]);
+    assert_eq!(ends("G73"), [1.0, -2.0, -1.746, -4.0, 1.0, 5.0]);
+    let told = |code: &str| {
+        let program = behind_head(&format!("G98 {code} X0 Y0 Z-4 F60 Q3 R1"));
+        program.warnings.iter().any(|note| note.what.contains("0.254 mm"))
+    };
+    assert!(told("G83") && told("G73") && !told("G81"));
+}
+
+#[test]
+fn cycles_without_a_dwell_do_not_dwell() {
+    let all = seconds(&behind_head("G82 X10 Z-5 R2 F600 P0.6\nG81 X20\nG85 X30"));
+    assert!((all - 0.6).abs() < 1e-12, "{all}");
+    assert_eq!(seconds(&behind_head("G81 X10 Z-5 R2 F600 P0.6")), 0.0);
+    let all = seconds(&behind_head("G89 X10 Z-5 R2 F600 P0.5\nX20"));
+    assert!((all - 1.0).abs() < 1e-12, "{all}");
+}
+
+#[test]
+fn a_dwell_by_x_or_u_is_in_the_unit_of_p() {
+    let in_ms = Settings { dwell_unit: Some(DwellUnit::Milliseconds), ..settings() };
+    for time in ["X1500", "U1500", "P1500"] {
+        let text = format!("G21 G90\nG0 X0 Y0 Z5\nG4 {time}\nG1 X9 F600");
+        let program = read_with(&text, Dialect::GCode, &in_ms);
+        assert!((seconds(&program) - 1.5).abs() < 1e-12, "{time}");
+        let assumed = read_with(&text, Dialect::GCode, &settings());
+        assert!(
+            assumed
+                .warnings
+                .iter()
+                .any(|note| note.what.starts_with(&format!("{time} of a dwell")))
+        );
+    }
+    assert!((seconds(&behind_head("G4 X1.5\nG1 X9 F600")) - 1.5).abs() < 1e-12);
+}
+
+#[test]
+fn what_controls_read_differently_is_refused() {
+    for (block, said) in [
+        ("#1=[4 OR 1]", "4 OR 1"),
+        ("#1=[6 AND 3]", "6 AND 3"),
+        ("G1 X50 F600 R10", "beside G0 or G1"),
+        ("G1 X50 F600 K2", "beside G0 or G1"),
+        ("G1 X5 F600\nG81 X9 Z-2 R1 F90\nG80\nX20", "axes without"),
+    ] {
+        let found = faults(&format!("G21 G90\nG0 X0 Y0 Z5\n{block}"), Dialect::GCode);
+        assert!(found[0].what.contains(said), "{block}: {found:?}");
+    }
+    // Conditions are 0 or 1 to both.
+    assert_ends(
+        &behind_head("#1=[[2 GT 1] AND [1 LT 3]]\nG0 X#1"),
+        &[('L', [0.0, 0.0, 5.0]), ('L', [1.0, 0.0, 5.0])],
+    );
+}
+
+#[test]
+fn behind_g80_the_rapid_of_before_holds() {
+    let hole = [
+        ('L', [0.0, 0.0, 5.0]),
+        ('L', [9.0, 0.0, 5.0]),
+        ('L', [9.0, 0.0, 1.0]),
+        ('L', [9.0, 0.0, -2.0]),
+        ('L', [9.0, 0.0, 1.0]),
+        ('L', [9.0, 0.0, 5.0]),
+        ('L', [9.0, 0.0, 15.0]),
+    ];
+    for end in ["G80\nZ15.", "G80 Z15."] {
+        let program = behind_head(&format!("G98 G81 X9 Z-2 R1 F90\n{end}"));
+        assert_ends(&program, &hole);
+        assert_eq!(program.moves[6].timing, Timing::Rapid);
+    }
+}
+
+#[test]
+fn a_cycle_goes_to_its_first_hole_where_the_height_is_known() {
+    assert_ends(
+        &gcode("G21 G90 S900 M3\nG0 Z5\nG98 G81 X1 Y2 Z-4 F60 R3"),
+        &[
+            ('L', [1.0, 2.0, 5.0]),
+            ('L', [1.0, 2.0, 3.0]),
+            ('L', [1.0, 2.0, -4.0]),
+            ('L', [1.0, 2.0, 3.0]),
+            ('L', [1.0, 2.0, 5.0]),
+        ],
+    );
+    for unknown in
+        ["G98 G81 X1 Y2 Z-4 F60 R3", "G0 Z5\nG81 X1 Z-4 F60 R3", "G0 Z5\nG91 G81 X1 Y2 Z-4 F60 R3"]
+    {
+        faults(&format!("G21 G90 S900 M3\n{unknown}"), Dialect::GCode);
+    }
+}
+
+#[test]
+fn comments_and_subprogram_ends_of_other_controls_change_nothing() {
+    let straight = [('L', [0.0, 0.0, 5.0]), ('L', [7.0, 0.0, 5.0]), ('L', [7.0, 3.0, 5.0])];
+    assert_ends(&behind_head("#1=(seven)7(mm)\nG0 X#1\nM17\nY3"), &straight);
+    let text = "N10 DEF REAL _home\nN20 DEF REAL _x=7, _y\n_home=5 _y=_x-4\nG71 G90\n\
+                G0 X0 Y0 Z=_home\nX=_x\nY=_y";
+    assert_ends(&read_with(text, Dialect::Sinumerik, &settings()), &straight);
+    let unset = faults("DEF STRING[9] _name\nG0 X=_name", Dialect::Sinumerik);
+    assert!(unset[0].what.contains("_name"), "{unset:?}");
+}
+
+#[test]
+fn heidenhain_parameters_that_are_constants_are_read() {
+    let text = |feed: &str| {
+        format!(
+            "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S2000\n2 {feed}\n3 L X+0 Y+0 Z+Q4 R0 FMAX M3\n4 L X+60 FQ2\n5 END PGM A MM\n"
+        )
+    };
+    let program = read_with(&text("FN 0: Q2=+600\n2 Q4 = 5"), Dialect::Heidenhain, &settings());
+    assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [60.0, 0.0, 5.0])]);
+    assert!((program.moves[1].feed_m_per_s - 0.01).abs() < 1e-12);
+    for unset in ["FN 0: Q2=+600", "FN 1: Q2=+Q3+5", "Q2 = Q3 * 5"] {
+        let found = read(text(unset).as_bytes(), Dialect::Heidenhain, &settings()).unwrap_err();
+        assert!(
+            found.iter().any(|note| note.what.contains("FN 0") || note.what.contains("set by")),
+            "{unset}: {found:?}"
+        );
+    }
+}
+
+/// Cycle 203 breaks chips Q213 times by Q256 before it comes out.
+#[test]
+fn heidenhain_breaks_chips() {
+    let text = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S2000\n2 CYCL DEF 203 UNIVERSAL-DRILLING ~\nQ200=+2 ~\nQ201=-6 ~\n\
+                Q206=+150 ~\nQ202=+2 ~\nQ210=+0 ~\nQ203=+0 ~\nQ204=+10 ~\nQ212=+0 ~\nQ213=+1 ~\nQ205=+2 ~\nQ211=+0 ~\n\
+                Q208=+99999 ~\nQ256=+0.5\n3 L X+0 Y+0 Z+10 FMAX M3\n4 CYCL CALL\n5 END PGM A MM\n";
+    let program = read_with(text, Dialect::Heidenhain, &settings());
+    let heights = [10.0, 2.0, -2.0, -1.5, -4.0, 2.0, -2.0, -6.0, 2.0, 10.0];
+    let ends: Vec<_> = heights.iter().map(|z| ('L', [0.0, 0.0, *z])).collect();
+    assert_ends(&program, &ends);
+}
