@@ -2,8 +2,8 @@
 //!
 //! Read: L, CC with C and CP in planes of two axes, CR, LP, TOOL CALL, F, FMAX, M, drilling cycles
 //! 200, 201 and 203 with CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP.
-//! Q parameters that FN 0 sets stand for their numbers. Errors: others, other cycles, planes and shifts of the work, rounded corners. The
-//! preset is the job's work object.
+//! Q parameters that FN 0 sets stand for their numbers. Errors: others, other cycles, planes and
+//! shifts of the work, rounded corners. The preset is the job's work object.
 
 mod block;
 mod cycle;

@@ -75,7 +75,7 @@ fn pocket_with_arcs_and_holes() {
     );
     let told: Vec<usize> = program.warnings.iter().map(at).collect();
     // Behind M30 stands a move that does not run.
-    assert_eq!(told, [8, 23, 25], "{:?}", program.warnings);
+    assert_eq!(told, [8, 19, 23, 25], "{:?}", program.warnings);
     // See the feeds above.
     assert!(program.warnings[0].what.starts_with("15 rapid moves"), "{:?}", program.warnings);
     // The tool looks down with x along the work object's x.
