@@ -110,6 +110,20 @@ fn written(command: &str) -> Vec<&str> {
     words.windows(2).filter(|pair| options.contains(&pair[0])).map(|pair| pair[1]).collect()
 }
 
+/// A diagnosis of which a page shows nothing is one of the table's first poses: that it runs and writes its
+/// file is seen as well, in a tenth of the time.
+fn of_few_poses(folder: &Path, command: &str) -> String {
+    const POSES: usize = 4;
+    let words: Vec<&str> = command.split_whitespace().collect();
+    let ["detune", "diagnose", _, table, ..] = words[..] else { return command.to_owned() };
+    // The program itself tells what is wrong with a table that cannot be read.
+    let Ok(whole) = fs::read_to_string(folder.join(table)) else { return command.to_owned() };
+    let rows = whole.lines().filter(|line| !line.starts_with('#')).take(1 + POSES);
+    let few = format!("first-poses-of-{}", table.replace('/', "-"));
+    fs::write(folder.join(&few), rows.map(|row| format!("{row}\n")).collect::<String>()).unwrap();
+    command.replacen(table, &few, 1)
+}
+
 /// Answers of commands that read the repository alone: pages share commands.
 fn answer(folder: &Path, command: &str, is_untouched: bool) -> Answer {
     type Cell = &'static OnceLock<Answer>;
@@ -220,13 +234,17 @@ fn check(name: &str, page: &str) -> Checked {
         let output = blocks.get(i + 1).filter(|next| next.language == "text");
         for (k, command) in commands.iter().enumerate() {
             let place = format!("{name}:{}: {command}", block.line + k + 1);
+            let output = output.filter(|_| k + 1 == commands.len());
+            let command = &match output {
+                Some(_) => command.clone(),
+                None => of_few_poses(folder.path(), command),
+            };
             let answer = answer(folder.path(), command, is_untouched);
             let files = written(command);
             is_untouched &= files.is_empty();
             for file in files.iter().filter(|file| !folder.path().join(file).exists()) {
                 found.wrong.push(format!("{place}: does not write {file}"));
             }
-            let output = output.filter(|_| k + 1 == commands.len());
             let codes: &[i32] = match output {
                 Some(_) if answer.out.is_empty() => &[2],
                 _ if command.contains(" check ") || command.contains(" advise ") => &[0, 1],
