@@ -235,7 +235,8 @@ fn recommended_speeds_are_clear_and_the_best() {
                     assert!(constant.rpm >= ends.fold(0.0, f64::max) - 1.1, "case {case}");
                 }
                 Objective::Margin => {
-                    let found = separation(&waypoints, teeth, &policy, constant.rpm);
+                    let separations = Separations::new(&waypoints, teeth, &policy);
+                    let found = separations.least(constant.rpm);
                     if let (Some(found), Some(told)) = (found, constant.separation) {
                         // The scan's points are 1e-3 apart.
                         assert!(found > told - 1e-9, "case {case}: {found} {told}");
@@ -247,7 +248,7 @@ fn recommended_speeds_are_clear_and_the_best() {
                         if all_ignored(&orders(teeth, &policy), &policy, rpm) {
                             continue;
                         }
-                        let at = separation(&waypoints, teeth, &policy, rpm);
+                        let at = separations.least(rpm);
                         best = best.and_then(|best| at.map(|at| best.max(at)));
                     }
                     match (found, best) {
@@ -267,25 +268,41 @@ fn recommended_speeds_are_clear_and_the_best() {
     assert!(recommended > 60, "{recommended}");
 }
 
-/// The least |f_exc − f| / f over 2000 points; `None` where nothing counts.
-fn separation(waypoints: &[[f64; 2]], teeth: u32, policy: &Policy, rpm: f64) -> Option<f64> {
-    let mut least: Option<f64> = None;
-    for beta2 in scan_angles(waypoints).into_iter().step_by(POINTS / 2000) {
-        let (f, tip) = (closed_form_hz(beta2), closed_form_tip(beta2));
-        for order in orders(teeth, policy) {
-            let line = f64::from(order) * rpm / 60.0;
-            if is_ignored(policy, line) {
-                continue;
-            }
-            for mode in 0..2 {
-                if tip[mode] >= policy.min_tip_response_m_per_n.unwrap() {
-                    let apart = (line - f[mode]).abs() / f[mode];
-                    least = Some(least.map_or(apart, |l: f64| l.min(apart)));
-                }
-            }
-        }
+/// What a scan of separations looks at: of each mode the frequencies at 2000 points where it counts, ascending.
+struct Separations<'a> {
+    sorted: [Vec<f64>; 2],
+    orders: Vec<u32>,
+    policy: &'a Policy,
+}
+
+impl<'a> Separations<'a> {
+    fn new(waypoints: &[[f64; 2]], teeth: u32, policy: &'a Policy) -> Self {
+        let angles: Vec<f64> = scan_angles(waypoints).into_iter().step_by(POINTS / 2000).collect();
+        let sorted = [0, 1].map(|mode| {
+            let counts =
+                |b: &f64| closed_form_tip(*b)[mode] >= policy.min_tip_response_m_per_n.unwrap();
+            let counted = angles.iter().filter(|b| counts(b));
+            let mut all: Vec<f64> = counted.map(|&b| closed_form_hz(b)[mode]).collect();
+            all.sort_by(f64::total_cmp);
+            all
+        });
+        Self { sorted, orders: orders(teeth, policy), policy }
     }
-    least
+
+    /// The least |f_exc − f| / f; `None` where nothing counts.
+    fn least(&self, rpm: f64) -> Option<f64> {
+        let lines = self.orders.iter().map(|&order| f64::from(order) * rpm / 60.0);
+        let lines = lines.filter(|&line| !is_ignored(self.policy, line));
+        let apart = lines.flat_map(|line| {
+            self.sorted.iter().flat_map(move |f| {
+                // It grows with the distance on either side of the line: the two beside it decide.
+                let above = f.partition_point(|&f| f < line);
+                let beside = &f[above.saturating_sub(1)..(above + 1).min(f.len())];
+                beside.iter().map(move |f| (line - f).abs() / f)
+            })
+        });
+        apart.reduce(f64::min)
+    }
 }
 
 /// Bands so wide that they close everything: no number, and the pair that would part last is the one that
@@ -310,9 +327,9 @@ fn an_infeasible_job_names_what_binds_it() {
         let Some(Binding { rpm, separation: told, below, above }) = operation.bind else {
             panic!("case {case}")
         };
-        let best = (0..=1100)
-            .filter_map(|i| separation(&waypoints, teeth, &policy, 400.0 + f64::from(i)))
-            .fold(0.0, f64::max);
+        let separations = Separations::new(&waypoints, teeth, &policy);
+        let best =
+            (0..=1100).filter_map(|i| separations.least(400.0 + f64::from(i))).fold(0.0, f64::max);
         assert!((told.max(0.0) - best).abs() < 3e-3, "case {case}: {told} {best}");
         assert!(below.is_some() || rpm < 400.1, "case {case}");
         assert!(above.is_some() || rpm > 1499.9, "case {case}");
@@ -332,7 +349,7 @@ fn an_infeasible_job_names_what_binds_it() {
         let Some(Change::Spindle { rpm }) = lever.map(|lever| &lever.change) else { continue };
         spindles += 1;
         assert!(!(400.0..=1500.0).contains(rpm) && (320.0..=3000.0).contains(rpm), "{rpm}");
-        let apart = separation(&waypoints, teeth, &policy, *rpm).unwrap();
+        let apart = separations.least(*rpm).unwrap();
         assert!(apart >= 0.8 - 1e-9, "case {case}: {rpm} rpm keeps {apart}");
         assert!(operation.levers[0].rpm.is_some());
     }
