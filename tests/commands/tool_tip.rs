@@ -303,9 +303,10 @@ fn a_limit_that_is_exceeded_fails_every_gate_but_never() {
         let (passes, job) = pocket.check(&[&limit[..], &["--fail-on", gate]].concat());
         assert_eq!((passes, job["verdict"].as_str()), (fails, Some("resonance")), "{gate}");
     }
-    // Nor does advice call such a speed one to run at.
+    // Nor does advice call such a speed one to run at, or another of the few that this spindle has.
     let own = ("payload: none", "policy: {max_deflection_um: 0.001}\npayload: none");
-    let pocket = Pocket::new(&[quiet, fast, own]);
+    let few = ("min_rpm: 500, max_rpm: 40000", "min_rpm: 35998, max_rpm: 36002");
+    let pocket = Pocket::new(&[quiet, fast, few, own]);
     let ran = pocket.run(&["advise", "job.yaml", "--write", "as.yaml"]);
     let told = crate::program::flat(&ran);
     assert_eq!(code(&ran), 1, "{told}");
@@ -539,7 +540,14 @@ fn advice_by_depth_takes_a_safe_speed() {
         "depth",
     ]);
     assert!(code(&ran) == 2 && err(&ran).contains("is not known"), "{}", err(&ran));
-    // A limit of the policy speaks of the advised speed.
+    // A limit of the policy speaks of the advised speed. All safe ones are tried: few of this spindle are, from
+    // 25 560 rpm on.
+    let narrow = [
+        ("spindle_rpm: 1100", "spindle_rpm: 25550"),
+        ("min_rpm: 500, max_rpm: 24000", "min_rpm: 25550, max_rpm: 25565"),
+        (TOOL, tool),
+    ];
+    let pocket = Pocket::new(&narrow);
     let ran = pocket.run(&["advise", "job.yaml", "--policy", "max_deflection_um=0.01"]);
     assert!(out(&ran).contains("policy.max_deflection_um is 0.0"), "{}", out(&ran));
 }
