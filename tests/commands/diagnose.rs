@@ -86,7 +86,7 @@ fn causes(found: &Value) -> Vec<&str> {
 fn causes_that_depend_on_a_joint_that_is_not_stated_are_not_tested() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("t.csv");
-    let whole = program::every_other_row("measured.csv");
+    let whole = program::first_rows("measured.csv", 6);
     let rows = whole.lines().map(|row| format!("{}\n", row.split_once(',').unwrap().1));
     let rows: String = rows.collect();
     std::fs::write(&table, rows).unwrap();
@@ -440,7 +440,7 @@ fn poses_beyond_limits_are_told() {
 fn the_text_fits_a_hundred_columns() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("measured.csv");
-    std::fs::write(&table, program::every_other_row("measured.csv")).unwrap();
+    std::fs::write(&table, program::first_rows("measured.csv", 6)).unwrap();
     let output = detune(&["diagnose", "robots/two-link", table.to_str().unwrap()]);
     let shown = out(&output);
     assert!(shown.starts_with("EXPLAINED") && shown.contains("\n     alternatives  "), "{shown}");

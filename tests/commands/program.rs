@@ -61,11 +61,22 @@ pub(crate) fn json(output: &Output) -> Value {
     serde_json::from_str(out(output)).unwrap_or_else(|error| panic!("{error}: {}", err(output)))
 }
 
+/// A table of the two-link arm without its remarks.
+fn rows_of(table: &str) -> (String, Vec<String>) {
+    let whole = std::fs::read_to_string(repository().join("robots/two-link").join(table)).unwrap();
+    let mut rows =
+        whole.lines().filter(|line| !line.starts_with('#')).map(|row| format!("{row}\n"));
+    (rows.next().unwrap(), rows.collect())
+}
+
 /// Every other row of a table of the two-link arm, where all of them would tell a test no more.
 pub(crate) fn every_other_row(table: &str) -> String {
-    let whole = std::fs::read_to_string(repository().join("robots/two-link").join(table)).unwrap();
-    let mut rows = whole.lines().filter(|line| !line.starts_with('#'));
-    let header = rows.next().unwrap();
-    let rows = std::iter::once(header).chain(rows.step_by(2));
-    rows.map(|row| format!("{row}\n")).collect()
+    let (header, rows) = rows_of(table);
+    std::iter::once(header).chain(rows.into_iter().step_by(2)).collect()
+}
+
+/// The first rows of such a table, where it matters little what a diagnosis finds.
+pub(crate) fn first_rows(table: &str, count: usize) -> String {
+    let (header, rows) = rows_of(table);
+    std::iter::once(header).chain(rows.into_iter().take(count)).collect()
 }
