@@ -90,21 +90,16 @@ class Modes:
         else:
             f = robot.frequencies(q)
             counts = np.ones(f.shape, dtype=bool)
-        self.sorted = []
-        for r in range(robot.n):
-            found = [f[counts[:, r], r]]
-            # A mode that begins to count between two points does so at a frequency that neither has.
-            for i in np.flatnonzero(counts[1:, r] != counts[:-1, r]):
-                a, b = s[i], s[i + 1]
-                for _ in range(20):
-                    middle = 0.5 * (a + b)
-                    at = robot.modes(path.at(np.array([middle])), frame(job.get("tcp"))[1])
-                    if (at[2][0, r] >= least) == counts[i, r]:
-                        a = middle
-                    else:
-                        b = middle
-                found.append(at[0][:, r])
-            self.sorted.append(np.sort(np.concatenate(found)))
+        # A mode that begins to count between two points does so at a frequency that neither has.
+        i, r = np.nonzero(counts[1:] != counts[:-1])
+        a, b, row = s[i], s[i + 1], np.arange(len(i))
+        at = np.empty((0, robot.n))
+        for _ in range(20 if len(i) else 0):
+            middle = 0.5 * (a + b)
+            at, _, tip = robot.modes(path.at(middle), frame(job.get("tcp"))[1])
+            same = (tip[row, r] >= least) == counts[i, r]
+            a, b = np.where(same, middle, a), np.where(same, b, middle)
+        self.sorted = [np.sort(np.concatenate([f[counts[:, k], k], at[r == k, k]])) for k in range(robot.n)]
 
     def lines_at(self, rpm):
         """(order, line's frequency, whether it is somebody else's business) at speeds."""
