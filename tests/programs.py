@@ -76,17 +76,14 @@ class Arm:
             self.chain.append(joints[link])
             link = joints[link][3]
 
-    def tip(self, q):
-        q, at = list(q), place([0, 0, 0], [0, 0, 0])
-        for kind, origin, axis, _ in self.chain:
-            at = multiply(at, origin)
-            if kind in ("revolute", "continuous"):
-                at = multiply(at, turn(axis, q.pop(0)))
-        return at
-
     def tool(self, q):
-        at = multiply(self.tip(q), place([0, 0, TCP], [0, 0, 0]))
-        return [1000 * (at[i][3] - OBJECT[i]) for i in range(3)]
+        """The point of the tool, mm: carried from the last joint to the first, as thousands of samples ask for it."""
+        q, at = list(q), (0.0, 0.0, TCP)
+        for kind, origin, axis, _ in reversed(self.chain):
+            for rows in (turn(axis, q.pop()), origin) if kind in ("revolute", "continuous") else (origin,):
+                x, y, z = at
+                at = tuple(a * x + b * y + c * z + d for a, b, c, d in rows[:3])
+        return [1000 * (at[i] - OBJECT[i]) for i in range(3)]
 
 
 # What is run: ("line", end, mm/min or None for rapid), ("arc", centre, sweep, end, mm/min), ("dwell", s), ("speed", rpm).
