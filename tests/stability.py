@@ -12,6 +12,7 @@ uneven pitch, too. Half of the cases have process damping.
 """
 
 import argparse
+import math
 import os
 import subprocess
 import sys
@@ -60,8 +61,8 @@ def of_case(text):
 
 def coefficient(phi, kt, kr, ka):
     """Force on the tool for a chip: x along the feed, y across, z out of the work."""
-    s, c = np.sin(phi), np.cos(phi)
-    return np.outer([-kt * c - kr * s, kt * s - kr * c, -ka], [s, c])
+    s, c = math.sin(phi), math.cos(phi)
+    return np.array([[force * s, force * c] for force in (-kt * c - kr * s, kt * s - kr * c, -ka)])
 
 
 def rubbing(text, turning):
@@ -71,8 +72,8 @@ def rubbing(text, turning):
 
 def damping(phi, of_flank):
     """Force on the tool for the speed of its tip."""
-    s, c = np.sin(phi), np.cos(phi)
-    return -of_flank * np.outer([s, c, 0], [s, c])
+    s, c = math.sin(phi), math.cos(phi)
+    return -of_flank * np.array([[s * s, s * c], [c * s, c * c], [0, 0]])
 
 
 OFF, FINEST = 5e-3, 8
