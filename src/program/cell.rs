@@ -1,7 +1,7 @@
 //! What robot programs leave to the cell: frames by number, external axes, and which call, signal
 //! or comment sets the spindle's speed or the tool's number.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
@@ -172,6 +172,17 @@ pub(super) enum Sets {
 pub(super) fn all(settings: &Settings) -> impl Iterator<Item = (Sets, &SetBy)> {
     let spindle = settings.spindle_from.as_ref().map(|by| (Sets::Spindle, by));
     spindle.into_iter().chain(settings.tool_from.as_ref().map(|by| (Sets::Tool, by)))
+}
+
+/// Procedures and data that the job names, in lower case: they mean the same in all files.
+pub(super) fn named_by_job(settings: &Settings) -> HashSet<String> {
+    let procedures = all(settings).filter_map(|(_, by)| match &by.what {
+        Setter::Procedure(name, _) => Some(name.to_lowercase()),
+        _ => None,
+    });
+    let start = settings.procedure.iter().map(|name| name.to_lowercase());
+    let base = |name: &String| name.split(['[', '{', '.']).next().unwrap_or(name).to_lowercase();
+    procedures.chain(start).chain(settings.assume.keys().map(base)).collect()
 }
 
 /// A number that a program gives: its value, or why it is not known, and where it stands in the

@@ -1,6 +1,6 @@
 //! A line of G-code → its words, with the places of their numbers.
 
-use super::expression::{Key, Parameters, Reader};
+use super::expression::{Key, Parameters, Reader, VACANT};
 use crate::program::span::Span;
 
 /// Sinumerik's words of several letters, as if each were one.
@@ -177,7 +177,7 @@ impl<'t> Lexer<'t> {
         let mut reader = Reader::new(self.bytes, self.at, self.parameters);
         let value = read(&mut reader)?;
         self.at = reader.at;
-        Ok(value)
+        if value.is_nan() { Err(VACANT.to_owned()) } else { Ok(value) }
     }
 
     /// `#1 = 5`: counts once the whole block is read.

@@ -16,6 +16,8 @@ pub(super) struct Parameters {
     numbered: HashMap<i64, f64>,
     /// By name in lower case; Sinumerik's R parameters as `r1`.
     named: HashMap<String, f64>,
+    /// Calls that are open; of a macro (G65), locals that were not given are vacant.
+    are_macros: Vec<bool>,
 }
 
 /// A parameter as the text names it.
@@ -27,6 +29,13 @@ pub(super) enum Key {
 
 impl Parameters {
     pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), String> {
+        if value.is_nan() {
+            match key {
+                Key::Number(number) => self.numbered.remove(&number),
+                Key::Name(name) => self.named.remove(&name),
+            };
+            return Ok(());
+        }
         if !value.is_finite() {
             return Err(format!("{} would not be a finite number", shown(&key)));
         }
@@ -41,8 +50,13 @@ impl Parameters {
         Ok(())
     }
 
+    /// Not a number where the parameter is vacant, as #0 always is.
     pub(super) fn get(&self, key: &Key) -> Result<f64, String> {
         let found = match key {
+            Key::Number(0) => Some(&f64::NAN),
+            Key::Number(number @ 1..=33) if self.are_macros.last() == Some(&true) => {
+                self.numbered.get(number).or(Some(&f64::NAN))
+            }
             Key::Number(number) => self.numbered.get(number),
             Key::Name(name) => self.named.get(name),
         };
@@ -52,15 +66,17 @@ impl Parameters {
     }
 
     /// The locals of a call, #1 to #33: given, with those of the caller in return.
-    pub(super) fn enter(&mut self, locals: HashMap<i64, f64>) -> HashMap<i64, f64> {
+    pub(super) fn enter(&mut self, locals: HashMap<i64, f64>, is_macro: bool) -> HashMap<i64, f64> {
         let kept: HashMap<i64, f64> =
             (1..=33).filter_map(|n| Some((n, self.numbered.remove(&n)?))).collect();
         self.numbered.extend(locals);
+        self.are_macros.push(is_macro);
         kept
     }
 
     /// Back in the caller.
     pub(super) fn leave(&mut self, kept: HashMap<i64, f64>) {
+        self.are_macros.pop();
         (1..=33).for_each(|n| {
             self.numbered.remove(&n);
         });
@@ -303,12 +319,20 @@ impl<'t> Reader<'t> {
     }
 }
 
+/// What is said where a parameter without a value is used as a number.
+pub(super) const VACANT: &str = "a parameter that has no value (#0, or a letter that the call does not give) stands where a \
+     number is expected";
+
 /// Two numbers nearer than this are equal, as LinuxCNC has it.
 const EQUAL: f64 = 1e-6;
 
 fn apply(operator: &str, left: f64, right: f64) -> Result<f64, String> {
     let truth = |is_true: bool| if is_true { 1.0 } else { 0.0 };
+    let vacant = [left, right].map(f64::is_nan);
     let value = match operator {
+        "EQ" if vacant.contains(&true) => truth(vacant[0] == vacant[1]),
+        "NE" if vacant.contains(&true) => truth(vacant[0] != vacant[1]),
+        _ if vacant.contains(&true) => return Err(VACANT.to_owned()),
         "**" => left.powf(right),
         "*" => left * right,
         "/" | "MOD" if right == 0.0 => return Err("division by zero".to_owned()),
@@ -359,12 +383,16 @@ mod tests {
             ("[#1 GT 3 AND 1 LE 0]", 0.0),
             ("[10 - 4 - 3]", 3.0),
             ("FIX[-2.5]", -3.0),
+            ("[#1 EQ #0]", 0.0),
+            ("[#0 NE #1]", 1.0),
+            ("[#0 EQ #0]", 1.0),
         ] {
             let found = Reader::new(text.as_bytes(), 0, &parameters).primary().unwrap();
             assert!((found - expected).abs() < 1e-12, "{text}: {found}");
         }
         for (text, said) in [
             ("#2", "#2 is read"),
+            ("[#0 + 1]", "no value"),
             ("[1/0]", "division by zero"),
             ("[1", "expected ']'"),
             ("FOO[1]", "'FOO'"),

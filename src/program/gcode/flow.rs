@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::expression::{Parameters, Reader};
+use super::expression::{Parameters, Reader, VACANT};
 use crate::program::log::Log;
 use crate::program::unread::left_over;
 
@@ -202,7 +202,7 @@ impl<'t> Flow<'t> {
         let head = self.programs.get(&(number as i64)).copied();
         let head = head.ok_or_else(|| format!("O{number} is not in this file"))?;
         // Whole and in 0..=9999, checked above.
-        self.enter(head, repeats as u32, locals)
+        self.enter(head, repeats as u32, locals, true)
     }
 
     fn enter(
@@ -210,6 +210,7 @@ impl<'t> Flow<'t> {
         head: usize,
         repeats: u32,
         locals: Option<HashMap<i64, f64>>,
+        is_macro: bool,
     ) -> Result<(), String> {
         if self.calls.len() >= MAX_CALLS {
             return Err("calls are nested too deep".to_owned());
@@ -217,7 +218,7 @@ impl<'t> Flow<'t> {
         if repeats == 0 {
             return Ok(());
         }
-        let kept = locals.map(|locals| self.parameters.enter(locals));
+        let kept = locals.map(|locals| self.parameters.enter(locals, is_macro));
         self.calls.push(Call { back: self.next, head, repeats, kept });
         self.next = self.behind_head(head);
         Ok(())
@@ -307,6 +308,9 @@ impl<'t> Flow<'t> {
             ));
         }
         let value = reader.primary()?;
+        if value.is_nan() {
+            return Err(VACANT.to_owned());
+        }
         Ok((value != 0.0, reader.at))
     }
 
@@ -352,7 +356,7 @@ impl<'t> Flow<'t> {
                     let next = locals.len() as i64 + 1;
                     locals.insert(next, reader.primary()?);
                 }
-                self.enter(head, 1, Some(locals))
+                self.enter(head, 1, Some(locals), false)
             }
             "IF" | "ELSEIF" if here.keyword == "IF" || self.arrived(line) => {
                 let (truth, _) = self.condition(behind.content, behind.rest)?;

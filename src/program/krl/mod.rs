@@ -25,7 +25,7 @@ mod value;
 mod walk;
 mod words;
 
-use super::cell::Comments;
+use super::cell::{Comments, named_by_job};
 use super::log::Log;
 use super::unread::warn_of_lines_naming;
 use super::{Dialect, Settings};
@@ -38,7 +38,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut file = File::default();
     let others = settings.companions.iter().map(|companion| &*companion.text);
     let texts: Vec<&str> = std::iter::once(text).chain(others).collect();
-    let renamed = modules::renamed(&texts, &modules::named_by_job(settings));
+    let kept = named_by_job(settings).into_iter().chain(signals::named_by(settings)).collect();
+    let renamed = modules::renamed(&texts, &kept);
     let names = |number: usize| renamed.get(number).cloned().unwrap_or_default();
     parser::parse(text, &mut file, 0, &names(0));
     if let Some(line) = file.is_cut {

@@ -8,11 +8,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::lexer::Kind;
 use super::lines::{Line, lines};
-use super::signals::named_by;
-use super::value::base;
 use super::words::is_predefined_type;
-use crate::program::cell::all;
-use crate::program::{Setter, Settings};
 
 /// What a file says of names, in lower case.
 #[derive(Default)]
@@ -25,17 +21,6 @@ struct Declared {
 
 /// By file: what names stand for in it.
 pub(super) type Renamed = Vec<HashMap<String, String>>;
-
-/// What the job names means the same in all files.
-pub(super) fn named_by_job(settings: &Settings) -> HashSet<String> {
-    let procedures = all(settings).filter_map(|(_, by)| match &by.what {
-        Setter::Procedure(name, _) => Some(name.to_lowercase()),
-        _ => None,
-    });
-    let start = settings.procedure.iter().map(|name| name.to_lowercase());
-    let assumed = settings.assume.keys().map(|name| base(name).to_lowercase());
-    procedures.chain(start).chain(assumed).chain(named_by(settings)).collect()
-}
 
 /// The names of files, the main one first, but for those that are `kept`.
 pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {

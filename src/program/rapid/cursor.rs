@@ -1,6 +1,7 @@
 //! A place among the tokens, and the parser of expressions and arguments.
 
 use super::lexer::{Kind, Lexer, Token};
+use super::modules::{Renamed, named};
 use crate::program::span::Span;
 
 use super::syntax::{Args, Expr, Name, Operator, Optional, Path, Step};
@@ -17,17 +18,43 @@ pub(super) struct Cursor<'a> {
     depth: usize,
     /// Whether the text is that of the main file.
     is_main: bool,
+    /// Names that its modules have otherwise, and the module that is read.
+    renamed: &'a Renamed,
+    module: String,
+    /// The last token names a field or an optional parameter.
+    names_part: bool,
 }
 
 /// Why the tokens are no RAPID: a lower-case fragment.
 pub(super) type Parsed<T> = Result<T, String>;
 
 impl<'a> Cursor<'a> {
-    pub(super) fn new(text: &'a str, is_main: bool) -> Self {
-        let lexer = Lexer::new(text);
-        let mut cursor = Self { lexer, next: None, place: 0, line: 1, depth: 0, is_main };
+    pub(super) fn new(text: &'a str, is_main: bool, renamed: &'a Renamed) -> Self {
+        let (lexer, module) = (Lexer::new(text), String::new());
+        let mut cursor = Self {
+            lexer,
+            next: None,
+            place: 0,
+            line: 1,
+            depth: 0,
+            is_main,
+            renamed,
+            module,
+            names_part: false,
+        };
         cursor.advance();
         cursor
+    }
+
+    /// Names are those of this module from here on.
+    pub(super) fn enter(&mut self, module: &Name) {
+        self.module.clone_from(&module.key);
+    }
+
+    /// What a word names here.
+    fn named(&self, word: &str) -> Name {
+        let own = self.renamed.get(&self.module).filter(|_| !self.names_part);
+        named(word, own)
     }
 
     pub(super) fn peek(&self) -> Option<Kind<'a>> {
@@ -49,6 +76,7 @@ impl<'a> Cursor<'a> {
     }
 
     pub(super) fn advance(&mut self) {
+        self.names_part = matches!(self.peek(), Some(Kind::Symbol("." | "\\")));
         self.next = self.lexer.next();
         self.line = self.next.map_or(self.line, |token| token.line);
         self.place += 1;
@@ -93,8 +121,9 @@ impl<'a> Cursor<'a> {
     pub(super) fn name(&mut self) -> Parsed<Name> {
         match self.peek() {
             Some(Kind::Word(word)) => {
+                let name = self.named(word);
                 self.advance();
-                Ok(Name::new(word))
+                Ok(name)
             }
             _ => Err(self.expected("a name")),
         }
@@ -219,15 +248,16 @@ impl<'a> Cursor<'a> {
             }
             Some(Kind::Word(word)) => {
                 let span = self.span();
+                let name = self.named(word);
                 self.advance();
                 if word.eq_ignore_ascii_case("TRUE") || word.eq_ignore_ascii_case("FALSE") {
                     return Ok(Expr::Bool(word.eq_ignore_ascii_case("TRUE")));
                 }
                 if self.take_symbol("(") {
                     let args = self.arguments(")")?;
-                    return Ok(Expr::Call(Box::new((Name::new(word), args))));
+                    return Ok(Expr::Call(Box::new((name, args))));
                 }
-                let path = self.path(Name::new(word))?;
+                let path = self.path(name)?;
                 Ok(Expr::Ref(Box::new(Path { span, ..path })))
             }
             _ => Err(self.expected("a value")),

@@ -18,6 +18,7 @@ mod instructions;
 mod interpreter;
 mod lexer;
 mod load;
+mod modules;
 mod moves;
 mod outputs;
 mod parser;
@@ -38,7 +39,7 @@ use syntax::{Args, File, Routine};
 
 /// Reads a RAPID file into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
-    let file = parser::parse(text, &settings.companions, log);
+    let file = parser::parse(text, settings, log);
     let arguments = match parser::arguments(&settings.arguments) {
         Ok(arguments) => Args { positional: arguments, optional: Vec::new() },
         Err(what) => {

@@ -2,22 +2,28 @@
 //! that it is a fault only where the program reaches it.
 
 use super::cursor::{Cursor, Parsed};
+use super::modules::{Renamed, renamed};
 use super::syntax::{
     Args, Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, Trap, What,
 };
 use crate::notes::Code;
-use crate::program::Companion;
+use crate::program::Settings;
+use crate::program::cell::named_by_job;
 use crate::program::log::Log;
 
 /// Blocks in blocks beyond this are no program that a person or a post-processor writes.
 const MAX_BLOCK_DEPTH: usize = 40;
 
 /// The modules of the main file and of the others of the program.
-pub(super) fn parse(text: &str, others: &[Companion], log: &mut Log) -> File {
+pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
     let mut file = File::default();
+    let others = &settings.companions;
+    let all: Vec<&str> =
+        [text].into_iter().chain(others.iter().map(|other| other.text.as_str())).collect();
+    let renamed = renamed(&all, &named_by_job(settings));
     let texts = others.iter().map(|other| (other.text.as_str(), Some(other.name.as_str())));
     for (text, name) in [(text, None)].into_iter().chain(texts) {
-        let cursor = Cursor::new(text, name.is_none());
+        let cursor = Cursor::new(text, name.is_none(), &renamed);
         let mut parser = Parser { cursor, file, depth: 0, name };
         while parser.cursor.peek().is_some() {
             parser.top_level(log);
@@ -30,8 +36,9 @@ pub(super) fn parse(text: &str, others: &[Companion], log: &mut Log) -> File {
 
 /// The arguments of a procedure, each as the program would write it.
 pub(super) fn arguments(texts: &[String]) -> Parsed<Vec<Expr>> {
+    let none = Renamed::new();
     let parsed = texts.iter().map(|text| {
-        let mut cursor = Cursor::new(text, false);
+        let mut cursor = Cursor::new(text, false, &none);
         let expr = cursor.expression()?;
         match cursor.peek() {
             None => Ok(expr),
@@ -126,7 +133,8 @@ impl<'a> Parser<'a> {
     }
 
     fn module_head(&mut self) -> Parsed<()> {
-        self.cursor.name()?;
+        let module = self.cursor.name()?;
+        self.cursor.enter(&module);
         if self.cursor.take_symbol("(") {
             self.cursor.list(")")?;
         }

@@ -189,6 +189,27 @@ fn a_cycle_goes_to_its_first_hole_where_the_height_is_known() {
     }
 }
 
+/// A letter that a macro call does not give is vacant, as #0 is.
+#[test]
+fn letters_that_a_macro_call_does_not_give_are_vacant() {
+    let text = |call: &str| {
+        format!(
+            "O1\nG21 G90 S900 M3\nG0 X0 Y0 Z5\n{call}\nM30\n\
+             O2\nIF[#1EQ#0]THEN #1=40\nIF[#2NE#0]GOTO9\n#2=3\nN9 G0 X#1 Y#2\nM99\n%"
+        )
+    };
+    let ends = |call: &str, x: f64, y: f64| {
+        assert_ends(&gcode(&text(call)), &[('L', [0.0, 0.0, 5.0]), ('L', [x, y, 5.0])]);
+    };
+    ends("G65 P2", 40.0, 3.0);
+    ends("G65 P2 A7 B0", 7.0, 0.0);
+    let found = faults(&text("G65 P2").replace("#2=3\n", ""), Dialect::GCode);
+    assert!(found[0].what.contains("no value"), "{found:?}");
+    // Of other calls nothing says what the caller's letters are.
+    let found = faults(&text("M98 P2"), Dialect::GCode);
+    assert!(found[0].what.contains("#1 is read"), "{found:?}");
+}
+
 #[test]
 fn comments_and_subprogram_ends_of_other_controls_change_nothing() {
     let straight = [('L', [0.0, 0.0, 5.0]), ('L', [7.0, 0.0, 5.0]), ('L', [7.0, 3.0, 5.0])];

@@ -6,7 +6,7 @@ use detune::notes::{Class, Code};
 use detune::program::{Companion, Dialect, Program, SetBy, Setter, Settings, Spindle, read};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::support::{at, end, settings};
+use super::support::{assert_ends, at, end, settings};
 
 fn job(files: &[(&str, &str)]) -> Settings {
     let companion =
@@ -48,6 +48,46 @@ fn krl_refused(body: &str, why: &str) {
 }
 
 /// Two taught programs have a point XP1, a speed V and a routine of their own under the same names.
+
+/// Two modules with data and routines of one name, each LOCAL; and one that hides a name of all.
+#[test]
+fn local_names_of_rapid_modules_are_their_own() {
+    let target = |x: u32| format!("[[{x},0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    let main = format!(
+        "MODULE One\nLOCAL CONST robtarget p10:={};\nCONST robtarget p20:={};\n\
+         PROC main()\nMoveL p10,v100,fine,tool0;\nstep;\ntwo;\nMoveL p20,v100,fine,tool0;\nENDPROC\n\
+         LOCAL PROC step()\nVAR num x:=0;\nMoveL Offs(p10,0,5,0),v100,fine,tool0;\nENDPROC\nENDMODULE\n",
+        target(100),
+        target(200)
+    );
+    let other = format!(
+        "MODULE Two\nLOCAL CONST robtarget p10:={};\nLOCAL PERS robtarget P20:={};\n\
+         PROC two()\nMoveL p10,v100,fine,tool0;\nstep;\nMoveL p20,v100,fine,tool0;\nENDPROC\n\
+         LOCAL PROC step()\nMoveL Offs(p10,0,7,0),v100,fine,tool0;\nENDPROC\nENDMODULE\n",
+        target(300),
+        target(400)
+    );
+    let program = read(main.as_bytes(), Dialect::Rapid, &job(&[("two.mod", &other)])).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [100.0, 0.0, 0.0]),
+            ('L', [100.0, 5.0, 0.0]),
+            ('L', [300.0, 0.0, 0.0]),
+            ('L', [300.0, 7.0, 0.0]),
+            ('L', [400.0, 0.0, 0.0]),
+            ('L', [200.0, 0.0, 0.0]),
+        ],
+    );
+    // Without LOCAL they are one name, declared twice.
+    let plain = other.replace("LOCAL ", "");
+    let found = read(main.as_bytes(), Dialect::Rapid, &job(&[("two.mod", &plain)])).unwrap_err();
+    assert!(found.iter().any(|note| note.what.contains("'P20' is declared twice")), "{found:?}");
+    let of_one = main.replace("LOCAL ", "");
+    let hides = read(of_one.as_bytes(), Dialect::Rapid, &job(&[("two.mod", &other)])).unwrap();
+    assert_eq!(hides.moves.len(), 6);
+}
+
 #[test]
 fn data_and_routines_of_krl_belong_to_their_module() {
     let point = |x: u16| format!("DECL E6POS XP1={{X {x},Y 0,Z 500,A 0,B 0,C 180}}");

@@ -1,0 +1,93 @@
+//! Names that several modules have, each its own: what a module declares LOCAL is seen in it alone.
+//!
+//! Where a name is LOCAL in one module and declared in another, too, it is another name in the
+//! first, as it is read; the main file keeps its own where no module has the name for all.
+
+use std::collections::{HashMap, HashSet};
+
+use super::lexer::{Kind, Lexer};
+use super::syntax::Name;
+
+/// By module, in lower case, what names stand for in it.
+pub(super) type Renamed = HashMap<String, HashMap<String, String>>;
+
+/// A name that a module declares, both in lower case.
+struct Declared {
+    name: String,
+    module: String,
+    is_local: bool,
+    is_of_main: bool,
+}
+
+/// The names of the modules of several texts, the main one first, but for those that are `kept`.
+pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
+    let all: Vec<Declared> =
+        texts.iter().enumerate().flat_map(|(i, text)| declared(text, i == 0)).collect();
+    let mut owners: HashMap<&str, Vec<&Declared>> = HashMap::new();
+    for one in &all {
+        let owners = owners.entry(&one.name).or_default();
+        if owners.iter().all(|other| other.module != one.module) {
+            owners.push(one);
+        }
+    }
+    let mut renamed = Renamed::new();
+    for (name, owners) in owners {
+        if owners.len() < 2 || kept.contains(name) {
+            continue;
+        }
+        let is_global = owners.iter().any(|one| !one.is_local);
+        for one in owners.iter().filter(|one| one.is_local && (is_global || !one.is_of_main)) {
+            let own = format!("{name} of {}", one.module);
+            renamed.entry(one.module.clone()).or_default().insert(name.to_owned(), own);
+        }
+    }
+    renamed
+}
+
+/// Data and routines of the modules of a text; what stands in routines is theirs alone.
+fn declared(text: &str, is_of_main: bool) -> Vec<Declared> {
+    let mut found = Vec::new();
+    let (mut module, mut is_local, mut in_routine) = (String::new(), false, false);
+    let mut words = Lexer::new(text).filter_map(|token| match token.kind {
+        Kind::Word(word) => Some(word.to_lowercase()),
+        Kind::Symbol(";") => Some(String::new()),
+        _ => None,
+    });
+    while let Some(word) = words.next() {
+        // The words behind, of which the last is the name.
+        let behind = match word.as_str() {
+            "module" => {
+                module = words.next().unwrap_or_default();
+                continue;
+            }
+            "local" => {
+                is_local = true;
+                continue;
+            }
+            "task" => continue,
+            "endproc" | "endfunc" | "endtrap" => {
+                in_routine = false;
+                0
+            }
+            "const" | "var" | "pers" if !in_routine => 2,
+            "func" if !in_routine => 2,
+            "proc" | "trap" if !in_routine => 1,
+            _ => 0,
+        };
+        in_routine |= behind > 0 && matches!(word.as_str(), "func" | "proc" | "trap");
+        if let Some(name) = (0..behind).map_while(|_| words.next()).last() {
+            found.push(Declared { name, module: module.clone(), is_local, is_of_main });
+        }
+        is_local = false;
+    }
+    found
+}
+
+/// A name as a module has it.
+pub(super) fn named(word: &str, own: Option<&HashMap<String, String>>) -> Name {
+    let name = Name::new(word);
+    match own.and_then(|own| own.get(&name.key)) {
+        Some(key) => Name { key: key.clone(), ..name },
+        None => name,
+    }
+}
