@@ -107,6 +107,18 @@ impl Candidate {
         self.cause == other.cause && self.at == other.at
     }
 
+    /// Whether it says what else the stiffness depends on that `plain` is.
+    pub(super) fn is_law_over(&self, plain: &Self) -> bool {
+        let is_law = matches!(
+            self.cause,
+            Cause::LoadDependentStiffness
+                | Cause::PositionDependentStiffness
+                | Cause::AmplitudeDependence
+                | Cause::TemperatureDrift
+        );
+        is_law && plain.cause == Cause::JointStiffness && plain.at == self.at
+    }
+
     /// Whether it is `other` with further parameters of which something is expected.
     pub(super) fn widens(&self, other: &Self) -> bool {
         let has = |of: &Self, name: &str| of.parameters.iter().any(|p| p.name == name);

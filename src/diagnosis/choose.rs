@@ -241,9 +241,24 @@ impl<'c> Search<'_, '_, 'c> {
         } else {
             self.means.width.further
         });
+        self.add_plain(parent, &mut tried);
         let given = &parent.fit.hypothesis;
         let asked = |&(_, i): &(f64, usize)| Asked::with(given.clone(), &self.means.candidates[i]);
         self.models(tried.iter().map(asked).collect())
+    }
+
+    /// Adds the plain stiffness of each joint of which a law is tried: a law has to beat what it
+    /// contains, which promises a little less.
+    fn add_plain(&self, parent: &Model<'c>, tried: &mut Vec<(f64, usize)>) {
+        let (all, taken) = (self.means.candidates, &parent.fit.hypothesis.effects);
+        let is_plain = |plain: &Candidate| {
+            tried.iter().any(|&(_, law)| all[law].is_law_over(plain))
+                && !taken.iter().any(|(other, _)| other.same_place(plain))
+        };
+        let is_new = |i: &usize| tried.iter().all(|(_, other)| other != i);
+        let plain: Vec<usize> = (0..all.len()).filter(|&i| is_plain(&all[i])).collect();
+        let plain: Vec<usize> = plain.into_iter().filter(is_new).collect();
+        tried.extend(plain.into_iter().map(|i| (0.0, i)));
     }
 
     /// Adds models of one cause more than `front` to `next`, sorted: sets of causes that promise
