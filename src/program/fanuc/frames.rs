@@ -1,12 +1,13 @@
-//! `UFRAME[9]=PR[9]`, `UTOOL[9]=PR[9]`: frames that the program sets itself.
+//! `UFRAME[9]=PR[9]`, `UTOOL[9]=PR[9]`: frames that the program sets itself; those that are chosen.
 
 use nalgebra::Isometry3;
 
 use super::motion::{pose, six};
-use super::registers::{JOINTS, POSE, register};
+use super::position::{JOINTS, POSE};
 use super::run::Run;
 use super::text::Group;
 use crate::notes::Code;
+use crate::program::cell::{base_frame, tool_frame};
 
 impl Run<'_> {
     /// Sets a frame to a position register, where that is known.
@@ -16,25 +17,21 @@ impl Run<'_> {
         list: &'static str,
         text: &str,
     ) -> Result<(), String> {
-        let (number, rest) = register(text, list).ok_or_else(|| format!("{list}[ and a number"))?;
+        let found = self.registers.numbered(text, list)?;
+        let (number, rest) = found.ok_or_else(|| format!("{list}[ and a number"))?;
         let number = u32::try_from(number).map_err(|_| format!("{list}[{number}]"))?;
-        let from = rest.trim_start().strip_prefix('=').map(str::trim_start);
-        let from = from.and_then(|value| register(value, "PR"));
+        let from = rest.trim_start().strip_prefix('=').map_or("", str::trim_start);
+        let from = self.registers.numbered(from, "PR")?;
         let Some((from, "")) = from.map(|(from, rest)| (from, rest.trim())) else {
             return Err(format!("{list}[{number}] is set to what is not PR[n]: not supported"));
         };
-        let known = match self.registers.position(from) {
-            Some(Ok(group)) => six(&group, POSE)?,
-            _ => self.registers.all_components(from),
-        };
-        let known = known.ok_or_else(|| {
-            format!("{list}[{number}] is set to PR[{from}], which is not known as a pose")
+        let group = self.registers.position(from).target(&format!("PR[{from}]"));
+        let known = group
+            .and_then(|group| six(&group, POSE)?.ok_or_else(|| format!("PR[{from}] holds joints")));
+        let known = known.map_err(|why| {
+            format!("{list}[{number}] is set to PR[{from}], which is not known as a pose: {why}")
         })?;
-        let of_job = match list {
-            "UTOOL" => self.settings.tool_frames.contains_key(&number),
-            _ => self.settings.base_frames.contains_key(&number),
-        };
-        if of_job {
+        if self.frame_of_job(list, number).is_some() {
             let what = format!("the program sets {list}[{number}]: the job's is not used there");
             self.log.warning(Code::FrameFromProgram, line, what);
         }
@@ -44,8 +41,7 @@ impl Run<'_> {
 
     /// Whether a taught point is of the frames that the program has chosen: the controller stops
     /// where it is of others.
-    pub(super) fn frames_agree(&self, text: &str, group: &Group) -> Result<(), String> {
-        let Some((number, _)) = register(text, "P") else { return Ok(()) };
+    pub(super) fn frames_agree(&mut self, name: &str, group: &Group) -> Result<(), String> {
         // Joints need no frame.
         let frame = group.frame.filter(|_| !group.parts.contains_key(JOINTS[0]));
         for (short, of_point, long, chosen) in
@@ -55,16 +51,82 @@ impl Run<'_> {
                 && own != chosen
             {
                 return Err(format!(
-                    "P[{number}] has {short} : {own}, and {long} is {chosen} here: the controller \
-                     stops with an alarm"
+                    "{name} has {short} : {own}, and {long} is {chosen} here: the controller stops \
+                     with an alarm"
                 ));
             }
         }
+        self.of_target = [frame.or(self.of_target[0]), group.tool.or(self.of_target[1])];
         Ok(())
     }
 
+    /// The number of the frame or tool in which position registers count: what the program says,
+    /// else that of its positions, as the controller would stop at them under another.
+    pub(super) fn chosen(&self, list: &'static str) -> Result<Option<u32>, String> {
+        let (said, numbers) = match list {
+            "UTOOL" => (self.tool.or(self.of_target[1]), &self.source.tools),
+            _ => (self.frame.or(self.of_target[0]), &self.source.frames),
+        };
+        let mut of_positions = numbers.of_positions.iter().copied();
+        match (said, of_positions.next(), of_positions.next()) {
+            (Some(said), ..) => Ok(Some(said)),
+            (None, only, None) if !numbers.are_chosen => Ok(only),
+            _ => Err(format!(
+                "{list}_NUM is not set before: in which a position register counts is known only \
+                 at run time"
+            )),
+        }
+    }
+
     /// A frame that the program has set.
-    pub(super) fn own_frame(&self, list: &'static str, number: u32) -> Option<Isometry3<f64>> {
+    fn own_frame(&self, list: &'static str, number: u32) -> Option<Isometry3<f64>> {
         self.frames.get(&(list, number)).copied()
+    }
+
+    /// A frame that the job gives by its number.
+    fn frame_of_job(&self, list: &str, number: u32) -> Option<Isometry3<f64>> {
+        let frames = match list {
+            "UTOOL" => &self.settings.tool_frames,
+            _ => &self.settings.base_frames,
+        };
+        frames.get(&number).copied()
+    }
+
+    /// A frame that the program has set, or that the job gives by its number.
+    pub(super) fn frame_given(
+        &self,
+        list: &'static str,
+        number: i64,
+    ) -> Result<Isometry3<f64>, String> {
+        let known = u32::try_from(number).ok().and_then(|number| {
+            self.own_frame(list, number).or_else(|| self.frame_of_job(list, number))
+        });
+        let key = if list == "UTOOL" { "tool_frames" } else { "base_frames" };
+        known.ok_or_else(|| {
+            format!(
+                "{list}[{number}] is in no file that is read; path.program.{key}: {{{number}: …}} \
+                 in the job can give it"
+            )
+        })
+    }
+
+    /// The tool centre point of a tool in the tip frame.
+    pub(super) fn tcp(&self, tool: u32) -> Result<Isometry3<f64>, String> {
+        let own = self.own_frame("UTOOL", tool);
+        own.map_or_else(|| tool_frame(self.settings, f64::from(tool), "UTOOL"), Ok)
+    }
+
+    /// Whether the program has set the tool itself.
+    pub(super) fn is_own_tool(&self, tool: u32) -> bool {
+        self.own_frame("UTOOL", tool).is_some()
+    }
+
+    /// A user frame in the base frame of the robot; the job's work object where none is chosen.
+    pub(super) fn base_of(&self, frame: Option<u32>) -> Result<Isometry3<f64>, String> {
+        let Some(frame) = frame else {
+            return Ok(self.settings.work_object.unwrap_or_default());
+        };
+        let own = self.own_frame("UFRAME", frame);
+        own.map_or_else(|| base_frame(self.settings, f64::from(frame), "UFRAME"), Ok)
     }
 }

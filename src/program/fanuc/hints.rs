@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use super::registers::register;
+use super::registers::{brackets, register, starts_with};
 use super::run::{Run, assignment, signal_key};
 use super::text::{Source, Statement, is_motion};
 use crate::program::cell::all;
@@ -28,7 +28,8 @@ pub(super) fn given_on(source: &Source, settings: &Settings) -> HashSet<i64> {
                     parts.filter(|(name, _)| signal_key(name) == own.to_lowercase())
                 }
                 Setter::Procedure(own, _) => {
-                    let called = text.strip_prefix("CALL").and_then(|rest| rest.split_once('('));
+                    let called = text.get(4..).filter(|_| starts_with(text, "CALL"));
+                    let called = called.and_then(|rest| rest.split_once('('));
                     called.filter(|(name, _)| name.trim().eq_ignore_ascii_case(own))
                 }
                 Setter::Comment(_) => None,
@@ -52,7 +53,7 @@ impl Run<'_> {
     /// Of a register that a text assigns, by its comment.
     pub(super) fn doubt_register(&mut self, line: usize, number: i64, text: &str) {
         if !self.given_on.contains(&number) {
-            let end = text.find(']').map_or(text.len(), |at| at + 1);
+            let end = brackets(text, "R").map_or(text.len(), |(_, rest)| text.len() - rest.len());
             self.doubt_name(line, text.get(..end).unwrap_or(text));
         }
     }

@@ -2,14 +2,18 @@
 //!
 //! Read: J, L, C and A to P[] and PR[], positions in both layouts as poses or joints, speeds in
 //! mm/sec, cm/min, inch/min, deg/sec, %, sec and registers, WAIT, R[] and PR[] with arithmetic,
-//! FOR, IF, JMP, CALL by name. User frames and tools are the job's, by number; frame 0 is the
-//! robot's base frame. The third joint of most Fanuc arms counts from the horizontal, so it is
-//! J3 + J2 in the robot's description; the job says so. The arm configuration follows from the
-//! start of the path; a J that asks for another one by CONFIG is an error.
+//! LPOS and JPOS, numbers that registers give, FOR, IF, SELECT, JMP, CALL by name. User frames and
+//! tools are the job's, by number; frame 0 is the robot's base frame. The third joint of most Fanuc
+//! arms counts from the horizontal, so it is J3 + J2 in the robot's description; the job says so.
+//! The arm configuration follows from the start of the path; a J that asks for another one by
+//! CONFIG is an error.
 
+mod assign;
+mod flow;
 mod frames;
 mod hints;
 mod motion;
+mod position;
 mod registers;
 mod run;
 mod text;
@@ -28,6 +32,13 @@ pub(super) fn read(source: &str, settings: &Settings, log: &mut Log) {
         let what = "the program ends without /END: is the file whole?";
         log.error(Code::Syntax, source.lines.max(1), what);
         return;
+    }
+    if let Some((line, schedule)) = &source.tracks {
+        let what = format!(
+            "LINE_TRACK_SCHEDULE_NUMBER is {schedule}: the positions move with a conveyor, which \
+             is not supported"
+        );
+        log.error(Code::Motion, *line, what);
     }
     let mut run = run::Run::new(&source, settings, log);
     run.given_on = hints::given_on(&source, settings);

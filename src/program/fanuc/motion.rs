@@ -2,20 +2,34 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::registers::{
-    JOINTS, OF_A_GROUP, POSE, no_shift, outside, register, split_outside, starts_with,
-};
+use super::position::{Held, JOINTS, POSE, axes};
+use super::registers::{outside, split_outside, starts_with};
 use super::run::Run;
 use super::text::{Group, Statement};
 use crate::motion::{Circle, Target};
 use crate::notes::Code;
-use crate::program::cell::{base_frame, of_job_tcp, tool_frame};
+use crate::program::cell::of_job_tcp;
 use crate::program::log::States;
 use crate::program::{J3From, Pace};
 use crate::units::{
-    m_from_mm, m_per_s_from_mm_per_min, m_per_s_from_mm_per_s, mm_from_inch, rad_from_deg,
-    ratio_from_percent, s_from_ms,
+    deg_from_rad, m_from_mm, m_per_s_from_mm_per_min, m_per_s_from_mm_per_s, mm_from_inch,
+    mm_from_m, rad_from_deg, ratio_from_percent, s_from_ms,
 };
+
+/// Turns below this are rounding, rad.
+const NO_TURN_RAD: f64 = 1e-5;
+
+/// Angles below this are rounding, degrees.
+const NO_ANGLE_DEG: f64 = 1e-6;
+
+/// A position that a statement names.
+struct Aim {
+    /// `P[3]`, also where a register gives the number.
+    name: String,
+    is_register: bool,
+    /// Values, with the frame and the tool in which they count.
+    group: Group,
+}
 
 /// Where a motion goes: a pose with its tool, or joints of the arm, rad.
 #[derive(Debug, Clone)]
@@ -34,6 +48,8 @@ struct Shift {
 
 impl Run<'_> {
     pub(super) fn motion(&mut self, statement: &Statement) -> Result<(), String> {
+        // Until it is done, where the arm is is not known.
+        (self.stops, self.joints) = (false, None);
         let text = statement.text.trim_end();
         let start = text.len() - text.trim_start().len();
         let kind = text.get(start..=start).unwrap_or("");
@@ -43,21 +59,24 @@ impl Run<'_> {
         let mut tcp = None;
         let mut last = None;
         for _ in 0..count {
-            let (group, behind) = self.place(rest)?;
-            self.frames_agree(rest, &group)?;
-            let (place, tool) = self.resolve(statement.line, &group)?;
-            self.keep_config(statement.line, kind, &group)?;
+            let (aim, behind) = self.aim(statement.line, rest)?;
+            if !aim.is_register {
+                self.frames_agree(&aim.name, &aim.group)?;
+            }
+            self.place_axes(statement.line, &aim)?;
+            let (place, tool) = self.resolve(statement.line, &aim.group)?;
+            self.keep_config(statement.line, kind, &aim)?;
             tcp = Some(tool);
             places.push(place);
-            last = Some(group);
+            last = Some(aim.group);
             rest = behind.trim_start();
         }
         let tcp = tcp.ok_or("the position is missing")?;
         let (term, options) = rest.split_at(word(rest).len());
         let line = statement.line;
         let (shift, actions) = self.options(line, options)?;
-        if let (false, Some(group)) = (shift == Shift::default(), last) {
-            let base = self.base(line, &group)?;
+        if let (false, Some(group)) = (shift == Shift::default(), &last) {
+            let base = self.base_of(group.frame.or(self.frame))?;
             let (false, [Place::Pose(place)]) = (kind == "A", places.as_mut_slice()) else {
                 return Err("an offset of an arc or of positions in joints is not read".to_owned());
             };
@@ -85,6 +104,8 @@ impl Run<'_> {
             ("S", _) => return Err("S (spline) is not supported".to_owned()),
             _ => return Err("a line or arc to joint positions".to_owned()),
         }
+        self.stops = options.split_whitespace().any(|own| own.eq_ignore_ascii_case("FINE"));
+        self.joints = last.and_then(|group| six(&group, JOINTS).ok().flatten());
         for action in actions {
             self.act(statement, action);
         }
@@ -106,8 +127,8 @@ impl Run<'_> {
         let pose_of = |run: &mut Self, at: Option<usize>| -> Option<Isometry3<f64>> {
             let text = run.source.statements.get(at?)?.text.trim();
             let rest = text.strip_prefix('A')?.trim_start();
-            let (group, _) = run.place(rest).ok()?;
-            match run.resolve(line, &group).ok()?.0 {
+            let (aim, _) = run.aim(line, rest).ok()?;
+            match run.resolve(line, &aim.group).ok()?.0 {
                 Place::Pose(pose) => Some(pose),
                 Place::Joints(_) => None,
             }
@@ -142,49 +163,84 @@ impl Run<'_> {
     }
 
     /// The position at the start of a text, and what follows.
-    fn place<'t>(&mut self, text: &'t str) -> Result<(Group, &'t str), String> {
-        if let Some((number, rest)) = register(text, "PR") {
-            let group = self
-                .registers
-                .positions
-                .get(&number)
-                .cloned()
-                .unwrap_or_else(|| Err(format!("PR[{number}] is known only at run time")))?;
-            return Ok((group, rest));
+    fn aim<'t>(&mut self, line: usize, text: &'t str) -> Result<(Aim, &'t str), String> {
+        if let Some((number, rest)) = self.registers.numbered(text, "PR")? {
+            let name = format!("PR[{number}]");
+            let held = self.registers.position(number);
+            let mut group = held.target(&name)?;
+            self.tell_kind(line, &name, &held);
+            group.tool = self.chosen("UTOOL")?;
+            if !group.parts.contains_key(JOINTS[0]) {
+                group.frame = self.chosen("UFRAME")?;
+            }
+            return Ok((Aim { name, is_register: true, group }, rest));
         }
-        if text.starts_with("P[R[") {
-            return Err("a position by the number of a register is not supported".to_owned());
-        }
-        let (number, rest) = register(text, "P").ok_or("the position is missing")?;
+        let found = self.registers.numbered(text, "P")?;
+        let (number, rest) = found.ok_or("the position is missing")?;
+        let (name, group) = (format!("P[{number}]"), self.taught(number)?);
+        Ok((Aim { name, is_register: false, group }, rest))
+    }
+
+    /// A position of /POS, with the external axes of all groups.
+    pub(super) fn taught(&self, number: i64) -> Result<Group, String> {
         let position = u32::try_from(number).ok().and_then(|n| self.source.positions.get(&n));
         let position = position.ok_or_else(|| format!("P[{number}] is not in /POS"))?;
-        let mut own = None;
-        for (group, parts) in &position.groups {
-            if *group == 1 {
-                own = Some(parts.clone());
-                continue;
-            }
-            let mut names: Vec<&String> = parts.parts.keys().collect();
-            names.sort();
-            for name in names {
-                let axis = format!("gp{group}_{name}");
-                self.external.place(self.log, &axis, parts.parts[name])?;
-            }
+        let own = position.groups.iter().find(|(group, _)| *group == 1);
+        let (_, own) = own.ok_or_else(|| format!("P[{number}] has no group 1"))?;
+        let mut own = own.clone();
+        for (group, other) in position.groups.iter().filter(|(group, _)| *group != 1) {
+            let parts = other.parts.iter();
+            own.parts.extend(parts.map(|(name, value)| (format!("gp{group}_{name}"), *value)));
         }
-        let own = own.ok_or_else(|| format!("P[{number}] has no group 1"))?;
-        for name in ["e1", "e2", "e3"] {
-            if let Some(value) = own.parts.get(name) {
-                self.external.place(self.log, name, *value)?;
-            }
+        Ok(own)
+    }
+
+    /// Tells where nothing says that elements are not joints.
+    fn tell_kind(&mut self, line: usize, name: &str, held: &Held) {
+        if held.is_of_unknown_kind() {
+            let what = format!(
+                "{name} is taken as X to R, not as joints: the program sets nothing but its \
+                 elements"
+            );
+            self.log.warning(Code::Assumed, line, what);
         }
-        Ok((own, rest))
+    }
+
+    /// Places the external axes of a position.
+    fn place_axes(&mut self, line: usize, aim: &Aim) -> Result<(), String> {
+        let mut found: Vec<(String, f64)> = axes(&aim.group).collect();
+        found.sort_by(|(a, _), (b, _)| a.cmp(b));
+        for (axis, value) in found {
+            self.external.place(self.log, &axis, value)?;
+            self.axes.insert(axis, value);
+        }
+        let missing = self.axes.keys().find(|axis| !aim.group.parts.contains_key(*axis));
+        if let Some(axis) = missing.filter(|_| aim.is_register) {
+            let what = format!(
+                "the program does not say what {} has for external axis {axis}, which is taken to \
+                 stand still",
+                aim.name
+            );
+            self.log.warning(Code::AxisIgnored, line, what);
+        }
+        Ok(())
     }
 
     /// The arm configuration follows from the start of the path; a J that asks for another one than
     /// the position before would turn the arm over.
-    fn keep_config(&mut self, line: usize, kind: &str, group: &Group) -> Result<(), String> {
-        let Some(config) = &group.config else {
-            self.config = None;
+    fn keep_config(&mut self, line: usize, kind: &str, aim: &Aim) -> Result<(), String> {
+        let Some(config) = &aim.group.config else {
+            let is_pose = !aim.group.parts.contains_key(JOINTS[0]);
+            if !is_pose || !aim.is_register {
+                self.config = None;
+            } else if kind == "J" && self.log.has_moved() {
+                let what = format!(
+                    "J to {}, whose CONFIG the program does not set: the arm is taken to keep its \
+                     configuration",
+                    aim.name
+                );
+                self.log.warning(Code::AxisIgnored, line, what);
+            }
             return Ok(());
         };
         // Wrist, elbow and shoulder; turns follow the shortest way.
@@ -210,9 +266,8 @@ impl Run<'_> {
 
     fn resolve(&mut self, line: usize, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
         let tool = group.tool.or(self.tool).unwrap_or(0);
-        let own = self.own_frame("UTOOL", tool);
-        let tcp = own.map_or_else(|| tool_frame(self.settings, f64::from(tool), "UTOOL"), Ok)?;
-        self.log.tcp_of(of_job_tcp(self.settings, tool).filter(|_| own.is_none()));
+        let tcp = self.tcp(tool)?;
+        self.log.tcp_of(of_job_tcp(self.settings, tool).filter(|_| !self.is_own_tool(tool)));
         if let Some(degrees) = six(group, JOINTS)? {
             let mut q = degrees.map(rad_from_deg);
             match self.settings.j3_from {
@@ -230,21 +285,13 @@ impl Run<'_> {
             return Ok((Place::Joints(q), tcp));
         }
         let numbers = six(group, POSE)?.ok_or("the position has neither X to R nor J1 to J6")?;
-        Ok((Place::Pose(self.base(line, group)? * pose(numbers)), tcp))
-    }
-
-    /// The frame of a position in the base frame of the robot.
-    fn base(&mut self, line: usize, group: &Group) -> Result<Isometry3<f64>, String> {
-        let Some(frame) = group.frame.or(self.frame) else {
-            return Ok(self.settings.work_object.unwrap_or_default());
-        };
-        if frame == 0 && self.settings.work_object.is_some() {
+        let frame = group.frame.or(self.frame);
+        if frame == Some(0) && self.settings.work_object.is_some() {
             let what =
                 "UFRAME 0 is the robot's base frame: the job's work_object is not used there";
             self.log.warning(Code::FrameFromProgram, line, what);
         }
-        let own = self.own_frame("UFRAME", frame);
-        own.map_or_else(|| base_frame(self.settings, f64::from(frame), "UFRAME"), Ok)
+        Ok((Place::Pose(self.base_of(frame)? * pose(numbers)), tcp))
     }
 
     /// How far the tool turns on the way to a pose, rad.
@@ -261,19 +308,14 @@ impl Run<'_> {
         kind: &str,
         turned: Option<f64>,
     ) -> Result<Pace, String> {
+        let over = self.over.clone()?;
         if term.eq_ignore_ascii_case("max_speed") {
             return Ok(Pace::Rapid);
         }
-        const UNITS: [&str; 7] = ["mm/sec", "cm/min", "inch/min", "deg/sec", "msec", "sec", "%"];
-        let unit = UNITS.into_iter().find(|unit| term.ends_with(unit)).unwrap_or("");
-        let number = term.strip_suffix(unit).unwrap_or(term).trim();
+        let (number, unit) = speed(term)?;
         let value = match self.registers.value(number) {
             Ok(value) => value,
-            Err(why) if kind != "J" => {
-                let what = format!("speed: {why}; the job's feed is used");
-                self.log.warning(Code::Assumed, statement.line, what);
-                return Ok(Pace::Unstated);
-            }
+            Err(why) if kind != "J" => return self.unknown_speed(statement.line, &why),
             Err(_) => return Ok(Pace::Rapid),
         };
         if !(value > 0.0 && value.is_finite()) {
@@ -287,20 +329,38 @@ impl Run<'_> {
             "cm/min" => m_per_s_from_mm_per_min(value * 10.0),
             "inch/min" => m_per_s_from_mm_per_min(mm_from_inch(value)),
             "deg/sec" => {
-                let turned = turned.filter(|angle| *angle > 0.0);
                 let angle = turned.ok_or("deg/sec, and how far the tool turns is not known")?;
-                return Ok(Pace::Seconds(angle / rad_from_deg(value) / self.over));
+                if angle < NO_TURN_RAD {
+                    return Err(
+                        "deg/sec on a move on which the tool does not turn says no speed; \
+                                write mm/sec there"
+                            .to_owned(),
+                    );
+                }
+                return Ok(Pace::Seconds(angle / rad_from_deg(value) / over));
             }
             "msec" | "sec" => {
                 self.log.states(statement.line, span, States::Seconds { value });
                 let seconds = if unit == "sec" { value } else { s_from_ms(value) };
-                return Ok(Pace::Seconds(seconds));
+                return Ok(Pace::Seconds(seconds / over));
             }
             _ if value > 100.0 => return Err(format!("speed is {term}, must be up to 100 %")),
-            _ => return Ok(Pace::Joints(ratio_from_percent(value) * self.over)),
+            _ => return Ok(Pace::Joints(ratio_from_percent(value) * over)),
         };
         self.log.states(statement.line, span, States::Feed { value });
-        Ok(Pace::Feed(feed * self.over))
+        Ok(Pace::Feed(feed * over))
+    }
+
+    /// The job's feed stands in for a speed that is not known. The first move needs none.
+    fn unknown_speed(&mut self, line: usize, why: &str) -> Result<Pace, String> {
+        if self.settings.feed_m_per_s.is_none() && self.log.has_moved() {
+            return Err(format!(
+                "speed: {why}; feed_mm_per_min in the job's operation stands in for it"
+            ));
+        }
+        let what = format!("speed: {why}; the job's feed is used");
+        self.log.warning(Code::Assumed, line, what);
+        Ok(Pace::Unstated)
     }
 
     /// What stands behind the speed; by how much it shifts the target, and the actions in it.
@@ -317,7 +377,7 @@ impl Run<'_> {
             let (own, behind) = rest.split_at(word(rest).len());
             let upper = own.to_ascii_uppercase();
             if upper.starts_with("OFFSET") || upper.starts_with("TOOL_OFFSET") {
-                let (by, behind) = self.shift(rest)?;
+                let (by, behind) = self.shift(line, rest)?;
                 if upper.starts_with('T') {
                     shift.tool = by;
                 } else {
@@ -347,79 +407,55 @@ impl Run<'_> {
     }
 
     /// What `Offset,PR[1]` shifts by, m, and what follows.
-    fn shift<'t>(&self, text: &'t str) -> Result<(Vector3<f64>, &'t str), String> {
+    fn shift<'t>(&mut self, line: usize, text: &'t str) -> Result<(Vector3<f64>, &'t str), String> {
         let shown = text.split([' ', '\t', ',']).next().unwrap_or("");
         let by = text.get(shown.len()..).unwrap_or("").trim_start().strip_prefix(',');
-        let Some((number, behind)) = by.and_then(|by| register(by.trim_start(), "PR")) else {
+        let by = by.map_or("", str::trim_start);
+        let Some((number, behind)) = self.registers.numbered(by, "PR")? else {
             return Err(format!("{shown} shifts the target by what is not PR[n], and is not read"));
         };
         let name = format!("PR[{number}]");
-        let group = match self.registers.position(number) {
-            Some(Ok(group)) => group,
+        let held = self.registers.position(number);
+        let group = held.group(&name).map_err(|why| {
             // What the job assumes holds only before the program sets it.
-            Some(Err(why))
-                if self.registers.assumed(&name).is_some()
-                    || !self.registers.is_set_in_part(number) =>
-            {
-                return Err(format!("{shown} shifts the target: {why}"));
+            if self.registers.is_assumed_zero(number) || held.is_set() {
+                return format!("{shown} shifts the target: {why}");
             }
-            _ => {
-                return Err(format!(
-                    "{shown} shifts the target by what is known only at run time; assume: \
-                     {{\"{name}\": 0}} in the job says that it is 0 until the program sets it"
-                ));
-            }
-        };
+            format!(
+                "{shown} shifts the target by what is known only at run time; assume: \
+                 {{\"{name}\": 0}} in the job says that it is 0 until the program sets it"
+            )
+        })?;
+        self.tell_kind(line, &name, &held);
         let by = six(&group, POSE)?.ok_or("an offset by joints is not read")?;
-        if by[3..].iter().any(|angle| *angle != 0.0) {
+        // Full turns, as sums of angles may have, turn nothing.
+        if pose(by).rotation.angle() > rad_from_deg(NO_ANGLE_DEG) {
             return Err(format!("{shown} turns the target, which is not read"));
+        }
+        if let Some((axis, _)) = axes(&group).find(|(_, value)| *value != 0.0) {
+            return Err(format!("{shown} shifts external axis {axis}, which is not read"));
         }
         Ok((Vector3::new(by[0], by[1], by[2]).map(m_from_mm), behind))
     }
+}
 
-    /// `PR[1]=P[2]`, `PR[1,3]=R[4]+5`: what cannot be worked out is unknown.
-    pub(super) fn assign_position(&mut self, text: &str) -> Result<(), String> {
-        if text.starts_with("PR[GP") {
-            return Err(OF_A_GROUP.to_owned());
-        }
-        let (number, rest) = register(text, "PR").ok_or("PR[ without a number")?;
-        let value = rest.trim_start().strip_prefix('=').ok_or("expected '='")?.trim();
-        let component = text.split_once(']').and_then(|(head, _)| head.split_once(','));
-        let unknown = || Err(format!("PR[{number}] is known only at run time"));
-        let Some((_, component)) = component else {
-            let found = match self.place(value) {
-                _ if self.registers.is_pose_less_itself(value) => Ok(no_shift()),
-                Ok((group, rest)) if rest.trim().is_empty() => Ok(group),
-                _ => unknown(),
-            };
-            self.registers.set_position(number, found);
-            if value.eq_ignore_ascii_case("LPOS") {
-                self.registers.poses.insert(number);
-            }
-            return Ok(());
-        };
-        // A comment may follow.
-        let component = component.split(':').next().unwrap_or(component);
-        let index = self.registers.value(component)?;
-        let own = self.registers.position(number);
-        let value = self.registers.value(value);
-        let found = match (own, value) {
-            (Some(Ok(mut group)), Ok(value)) if (1.0..=6.0).contains(&index) => {
-                let names = if group.parts.contains_key("j1") { JOINTS } else { POSE };
-                let name = names.get(index as usize - 1).copied().unwrap_or("x");
-                group.parts.insert(name.to_owned(), value);
-                Ok(group)
-            }
-            (_, Ok(value)) => {
-                self.registers.set_component(number, index, value);
-                self.registers.positions.insert(number, unknown());
-                return Ok(());
-            }
-            _ => unknown(),
-        };
-        self.registers.set_position(number, found);
-        Ok(())
+/// The number of a speed and its unit; a speed by name may have none.
+fn speed(term: &str) -> Result<(&str, &'static str), String> {
+    const UNITS: [&str; 7] = ["mm/sec", "cm/min", "inch/min", "deg/sec", "msec", "sec", "%"];
+    let lower = term.to_ascii_lowercase();
+    let unit = UNITS.into_iter().find(|unit| lower.ends_with(unit)).unwrap_or("");
+    let number = term.get(..term.len() - unit.len()).unwrap_or("").trim();
+    let is_digit = |c: char| c.is_ascii_digit() || c == '.';
+    let end = match term.rfind(']') {
+        Some(at) => at + 1,
+        None if term.starts_with(is_digit) => term.find(|c| !is_digit(c)).unwrap_or(term.len()),
+        None => return Ok((number, unit)),
+    };
+    let own = term.get(end..).unwrap_or("").trim_matches([' ', ')']);
+    if own.eq_ignore_ascii_case(unit) {
+        return Ok((number, unit));
     }
+    Err(format!("speed is {term}: '{own}' is no unit of TP; {} are", UNITS.join(", ")))
 }
 
 /// The first word of a text: `R[5:feed in]mm/sec` has blanks in its comment.
@@ -473,6 +509,19 @@ pub(super) fn six(group: &Group, names: [&str; 6]) -> Result<Option<[f64; 6]>, S
         *value = *part.ok_or_else(|| format!("the position has no {}", name.to_uppercase()))?;
     }
     Ok(Some(found))
+}
+
+/// A pose as what is taught has it, in no frame.
+pub(super) fn group_of(six: [f64; 6]) -> Group {
+    Group { parts: POSE.map(str::to_owned).into_iter().zip(six).collect(), ..Group::default() }
+}
+
+/// X, Y, Z in mm and W, P, R in degrees of a pose.
+pub(super) fn elements(pose: &Isometry3<f64>) -> [f64; 6] {
+    let at = pose.translation.vector.map(mm_from_m);
+    let (w, p, r) = pose.rotation.euler_angles();
+    let [w, p, r] = [w, p, r].map(deg_from_rad);
+    [at.x, at.y, at.z, w, p, r]
 }
 
 /// X, Y, Z in mm; W, P, R about the fixed x, y and z axes in degrees.

@@ -1,12 +1,10 @@
 //! Registers and arithmetic of TP programs.
 
 use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
 
-use super::text::Group;
+use super::position::Held;
 use crate::program::{Assumed, Settings};
-
-pub(super) const POSE: [&str; 6] = ["x", "y", "z", "w", "p", "r"];
-pub(super) const JOINTS: [&str; 6] = ["j1", "j2", "j3", "j4", "j5", "j6"];
 
 /// Why `PR[GP1:1,7]` is not read.
 pub(super) const OF_A_GROUP: &str = "PR[GP…]: elements of a group are not supported";
@@ -16,12 +14,8 @@ pub(super) const OF_A_GROUP: &str = "PR[GP…]: elements of a group are not supp
 pub(super) struct Registers<'a> {
     settings: &'a Settings,
     numbers: HashMap<i64, f64>,
-    /// PR[n]: six components of a pose, or joints, in mm and degrees; and which.
-    pub(super) positions: HashMap<i64, Result<Group, String>>,
-    /// Components of registers of which the others are not known.
-    components: HashMap<i64, [Option<f64>; 6]>,
-    /// PR[n] that hold a pose which only the run knows.
-    pub(super) poses: HashSet<i64>,
+    /// PR[n] that the program has set, as a whole or in part; shared with what was known at labels.
+    positions: HashMap<i64, Rc<Held>>,
     /// What the program has set of flags, markers and outputs, by name: `F[1]`.
     signals: HashMap<String, Assumed>,
     /// What the program sets to what is not known, by name, `f[1]`, or of a list any, `f`: what
@@ -29,10 +23,11 @@ pub(super) struct Registers<'a> {
     forgotten: HashSet<String>,
 }
 
-/// What numbers and signals are at a place of the run.
+/// What numbers, positions and signals are at a place of the run.
 #[derive(Debug, PartialEq)]
 pub(super) struct State {
     numbers: HashMap<i64, f64>,
+    positions: HashMap<i64, Rc<Held>>,
     signals: HashMap<String, Assumed>,
 }
 
@@ -41,6 +36,8 @@ pub(super) struct State {
 pub(super) enum Asked {
     /// R[n].
     Number(i64),
+    /// PR[n], in any of its elements.
+    Position(i64),
     /// A flag or an output by its name.
     Signal(String),
     /// By an index that the run works out.
@@ -52,23 +49,27 @@ impl State {
     pub(super) fn is_same(&self, other: &Self, asked: &[Asked]) -> bool {
         asked.iter().all(|asked| match asked {
             Asked::Number(number) => self.numbers.get(number) == other.numbers.get(number),
+            Asked::Position(number) => self.positions.get(number) == other.positions.get(number),
             Asked::Signal(name) => self.signals.get(name) == other.signals.get(name),
             Asked::Any => self == other,
         })
     }
 }
 
-/// What a statement asks for, if it decides: `IF R[1:parts]>=3 OR F[2],JMP LBL[9]`.
+/// What a statement asks for, if it decides: `IF R[1:parts]>=3 OR F[2],JMP LBL[9]`, a case of a
+/// SELECT.
 pub(super) fn names_asked(text: &str) -> Vec<Asked> {
-    if !["IF", "SELECT", "WAIT"].iter().any(|own| starts_with(text, own)) {
+    if !["IF", "SELECT", "WAIT", "="].iter().any(|own| starts_with(text, own)) {
         return Vec::new();
     }
     let asked = names_in(text).into_iter().filter_map(|name| {
         let (list, index) = indexed(name)?;
+        let index = if list == "PR" { index.split(',').next().unwrap_or(index) } else { index };
         Some(match (list, index.trim().parse::<i64>()) {
             ("LBL", _) => return None,
             (_, Err(_)) => Asked::Any,
             ("R", Ok(number)) => Asked::Number(number),
+            ("PR", Ok(number)) => Asked::Position(number),
             (list, Ok(number)) => Asked::Signal(format!("{list}[{number}]")),
         })
     });
@@ -98,8 +99,6 @@ impl<'a> Registers<'a> {
             settings,
             numbers: HashMap::new(),
             positions: HashMap::new(),
-            components: HashMap::new(),
-            poses: HashSet::new(),
             signals: HashMap::new(),
             forgotten: HashSet::new(),
         }
@@ -107,7 +106,11 @@ impl<'a> Registers<'a> {
 
     /// What conditions look at, as far as it is known.
     pub(super) fn state(&self) -> State {
-        State { numbers: self.numbers.clone(), signals: self.signals.clone() }
+        State {
+            numbers: self.numbers.clone(),
+            positions: self.positions.clone(),
+            signals: self.signals.clone(),
+        }
     }
 
     pub(super) fn set(&mut self, number: i64, value: Result<f64, String>) {
@@ -184,53 +187,35 @@ impl<'a> Registers<'a> {
     }
 
     /// What PR[n] holds: what the program has set it to, before that what the job assumes.
-    pub(super) fn position(&self, number: i64) -> Option<Result<Group, String>> {
-        let zero = || {
-            let name = format!("PR[{number}]");
-            let is_zero = self.assumed(&name) == Some(Assumed::Number(0.0));
-            is_zero.then(|| Ok(no_shift()))
-        };
-        self.positions.get(&number).cloned().or_else(zero)
-    }
-
-    /// PR[n] as a whole.
-    pub(super) fn set_position(&mut self, number: i64, found: Result<Group, String>) {
-        self.components.remove(&number);
-        self.poses.remove(&number);
-        self.positions.insert(number, found);
-    }
-
-    /// Whether only components of PR[n] have been set.
-    pub(super) fn is_set_in_part(&self, number: i64) -> bool {
-        self.components.contains_key(&number)
-    }
-
-    /// `PR[1]-PR[1]` of a pose, which programs write for zero.
-    pub(super) fn is_pose_less_itself(&self, value: &str) -> bool {
-        let Some((number, rest)) = register(value, "PR") else { return false };
-        let other = rest.trim_start().strip_prefix('-').map(str::trim_start);
-        let other = other.and_then(|rest| register(rest, "PR"));
-        let is_pose = || match self.position(number) {
-            Some(Ok(group)) => POSE.iter().all(|name| group.parts.contains_key(*name)),
-            _ => self.poses.contains(&number),
-        };
-        other.is_some_and(|(other, rest)| other == number && rest.trim().is_empty()) && is_pose()
-    }
-
-    /// A component of a register of which others are not known, and so neither is whether it is a
-    /// pose.
-    pub(super) fn set_component(&mut self, number: i64, index: f64, value: f64) {
-        let all = self.components.entry(number).or_default();
-        if let Some(own) = (index >= 1.0).then_some(index as usize - 1).and_then(|i| all.get_mut(i))
-        {
-            *own = Some(value);
+    pub(super) fn position(&self, number: i64) -> Held {
+        match self.positions.get(&number) {
+            Some(held) => Held::clone(held),
+            None if self.is_assumed_zero(number) => Held::assumed_zero(),
+            None => Held::unset(),
         }
     }
 
-    /// All six of a register that the program has set one by one.
-    pub(super) fn all_components(&self, number: i64) -> Option<[f64; 6]> {
-        let [x, y, z, w, p, r] = *self.components.get(&number)?;
-        Some([x?, y?, z?, w?, p?, r?])
+    /// Whether the job assumes that PR[n] is zero.
+    pub(super) fn is_assumed_zero(&self, number: i64) -> bool {
+        self.assumed(&format!("PR[{number}]")) == Some(Assumed::Number(0.0))
+    }
+
+    /// PR[n] as a whole.
+    pub(super) fn set_position(&mut self, number: i64, held: Held) {
+        self.positions.insert(number, Rc::new(held));
+    }
+
+    /// An element of PR[n].
+    pub(super) fn set_element(
+        &mut self,
+        number: i64,
+        index: i64,
+        value: Result<f64, String>,
+    ) -> Result<(), String> {
+        let mut held = self.position(number);
+        held.set(index, value)?;
+        self.set_position(number, held);
+        Ok(())
     }
 
     /// `PR[1,3]`.
@@ -238,17 +223,35 @@ impl<'a> Registers<'a> {
         if inside.starts_with("GP") {
             return Err(OF_A_GROUP.to_owned());
         }
-        let (number, index) = inside.split_once(',').ok_or("expected PR[n,i]")?;
-        let number: i64 = number.trim().parse().map_err(|_| "expected PR[n,i]")?;
-        let index = index.split(':').next().unwrap_or(index);
-        let index: usize = index.trim().parse().map_err(|_| "expected PR[n,i]")?;
-        let Some(Ok(group)) = self.position(number) else {
-            return Err(format!("PR[{number}] is known only at run time"));
-        };
-        let names = if group.parts.contains_key("j1") { JOINTS } else { POSE };
-        let name = index.checked_sub(1).and_then(|index| names.get(index));
-        let value = name.and_then(|name| group.parts.get(*name)).copied();
-        value.ok_or_else(|| format!("PR[{number},{index}]: no such component"))
+        let (number, index) = split_outside(inside, ",").ok_or("expected PR[n,i]")?;
+        let (number, index) = (self.whole(number)?, self.whole(index)?);
+        self.position(number).element(&format!("PR[{number}]"), index)
+    }
+
+    /// A number in brackets: `5`, `R[1]`, `R[2:id]+1`.
+    pub(super) fn whole(&self, text: &str) -> Result<i64, String> {
+        /// More no controller has of anything.
+        const MAX: f64 = 1e9;
+        let text = text.trim();
+        if let Ok(number) = text.parse() {
+            return Ok(number);
+        }
+        let value = self.value(text)?;
+        if value.fract() == 0.0 && value.abs() < MAX {
+            Ok(value as i64)
+        } else {
+            Err(format!("{text} is {value}, expected a whole number"))
+        }
+    }
+
+    /// The number of `R[5:comment]` or `PR[R[1]]` at the start of a text, and what follows.
+    pub(super) fn numbered<'t>(
+        &self,
+        text: &'t str,
+        name: &str,
+    ) -> Result<Option<(i64, &'t str)>, String> {
+        let Some((inside, rest)) = brackets(text, name) else { return Ok(None) };
+        Ok(Some((self.whole(inside)?, rest)))
     }
 
     fn get(&self, number: i64) -> Result<f64, String> {
@@ -307,11 +310,10 @@ impl<'a> Registers<'a> {
             let inner = text.get(1..close).unwrap_or("");
             return Ok((self.value(inner)?, text.get(close + 1..).unwrap_or("")));
         }
-        if let Some(rest) = text.strip_prefix("PR[") {
-            let (inside, behind) = rest.split_once(']').ok_or("expected ']'")?;
-            return Ok((self.component(inside)?, behind));
+        if let Some((inside, rest)) = brackets(text, "PR") {
+            return Ok((self.component(inside)?, rest));
         }
-        if let Some((number, rest)) = register(text, "R") {
+        if let Some((number, rest)) = self.numbered(text, "R")? {
             return Ok((self.get(number)?, rest));
         }
         let digits = text.bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
@@ -393,7 +395,7 @@ pub(super) fn starts_with(text: &str, word: &str) -> bool {
 }
 
 /// What stands in the parentheses that hold the whole text.
-fn bare(text: &str) -> Result<&str, String> {
+pub(super) fn bare(text: &str) -> Result<&str, String> {
     /// More is no program that a teach pendant writes.
     const MAX_NESTING: usize = 20;
     let mut text = text.trim();
@@ -464,23 +466,57 @@ fn indexed(name: &str) -> Option<(&str, &str)> {
     Some((list, index.split(':').next()?))
 }
 
-/// A pose without shift and turn.
-pub(super) fn no_shift() -> Group {
-    Group { parts: POSE.map(|name| (name.to_owned(), 0.0)).into(), ..Group::default() }
+/// `R[5:comment]` or `PR[R[2:id],3]` at the start of a text: what stands in the brackets but for a
+/// comment, and what follows.
+pub(super) fn brackets<'t>(text: &'t str, name: &str) -> Option<(&'t str, &'t str)> {
+    if !starts_with(text, name) {
+        return None;
+    }
+    let rest = text.get(name.len()..)?.strip_prefix('[')?;
+    let (mut depth, mut comment) = (0_usize, None);
+    // A comment goes on to the next bracket that closes, whatever stands in it.
+    let mut is_comment = false;
+    for (at, byte) in rest.bytes().enumerate() {
+        match byte {
+            b']' if depth == 0 => {
+                return Some((rest.get(..comment.unwrap_or(at))?, rest.get(at + 1..)?));
+            }
+            b']' => (depth, is_comment) = (depth - 1, false),
+            b'[' if !is_comment => depth += 1,
+            b':' if !is_comment => {
+                is_comment = true;
+                if depth == 0 {
+                    comment = Some(at);
+                }
+            }
+            _ => {}
+        }
+    }
+    None
 }
 
-/// `R[5:comment]` at the start of a text: the number, and what follows.
+/// `R[5:comment]` at the start of a text: the number, where it is one, and what follows.
 pub(super) fn register<'t>(text: &'t str, name: &str) -> Option<(i64, &'t str)> {
-    let rest = text.strip_prefix(name)?.strip_prefix('[')?;
-    let close = rest.find(']')?;
-    let inside = rest.get(..close)?;
-    let number = inside.split([':', ',']).next()?.trim().parse().ok()?;
-    Some((number, rest.get(close + 1..)?))
+    let (inside, rest) = brackets(text, name)?;
+    Some((inside.split(',').next()?.trim().parse().ok()?, rest))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn brackets_hold_brackets_and_comments() {
+        for (text, expected) in [
+            ("PR[1,3:a [b]=2", Some(("1,3", "=2"))),
+            ("PR[R[2:id],R[3:a:b]:c]+1", Some(("R[2:id],R[3:a:b]", "+1"))),
+            ("PR[R[R[1]]]", Some(("R[R[1]]", ""))),
+            ("PR[R[1]", None),
+            ("R[1]", None),
+        ] {
+            assert_eq!(brackets(text, "PR"), expected, "{text}");
+        }
+    }
 
     #[test]
     fn values_and_truths() {

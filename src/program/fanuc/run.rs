@@ -1,13 +1,10 @@
 //! Statements of TP programs in the order in which the controller would run them.
 
-use std::collections::{HashMap, HashSet};
-use std::ops::RangeInclusive;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::registers::{
-    Asked, Registers, State, names_asked, names_in, register, split_outside, starts_with,
-};
+use super::registers::{Asked, Registers, State, names_in, register, split_outside, starts_with};
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
 use crate::program::Settings;
@@ -19,7 +16,7 @@ use crate::program::spindle_names::Analog;
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 
 /// How statements begin that neither move nor change anything that is read here.
-const HARMLESS: [&str; 44] = [
+const HARMLESS: [&str; 43] = [
     "DO[",
     "RO[",
     "GO[",
@@ -48,7 +45,6 @@ const HARMLESS: [&str; 44] = [
     "DEFAULT",
     "COMMENT",
     "STRLEN",
-    "MONITOR",
     "RESUME_PROG",
     "RETURN_PATH",
     "DIAG",
@@ -71,7 +67,7 @@ const SYSTEM: [&str; 8] =
     ["UFRAME", "UTOOL", "OVERRIDE", "OVRD", "SPEED", "MAXVEL", "JNTVEL", "$ACCEL"];
 
 /// Flags, markers and outputs: what the program sets them to, it may ask for.
-const SIGNALS: [&str; 8] = ["F[", "M[", "DO[", "RO[", "GO[", "AO[", "SO[", "UO["];
+pub(super) const SIGNALS: [&str; 8] = ["F[", "M[", "DO[", "RO[", "GO[", "AO[", "SO[", "UO["];
 
 /// How statements begin that move, shift or search.
 const MOVES: [&str; 12] = [
@@ -103,19 +99,27 @@ pub(super) struct Run<'a> {
     payload: Option<u32>,
     /// CONFIG of the position before: letters of wrist, elbow and shoulder.
     pub(super) config: Option<String>,
-    /// OVERRIDE as a share.
-    pub(super) over: f64,
+    /// OVERRIDE as a share, or why it is not known.
+    pub(super) over: Result<f64, String>,
     pub(super) external: External,
+    /// Frame and tool of the last target that has a number of its own.
+    pub(super) of_target: [Option<u32>; 2],
+    /// Where targets have placed the external axes, mm or degrees.
+    pub(super) axes: BTreeMap<String, f64>,
+    /// Whether the arm stands at the target of the last move.
+    pub(super) stops: bool,
+    /// The joints of the last target, where it is one, degrees.
+    pub(super) joints: Option<[f64; 6]>,
     pub(super) next: usize,
     budget: usize,
     /// Labels that have run, with what was known there last.
-    passed: HashMap<usize, State>,
+    pub(super) passed: HashMap<usize, State>,
     /// By label and jump: what conditions between ask for; `None` where nothing leads out.
-    asked: HashMap<[usize; 2], Option<Vec<Asked>>>,
+    pub(super) asked: HashMap<[usize; 2], Option<Vec<Asked>>>,
     /// Statements with labels, by number.
-    labels: HashMap<i64, usize>,
+    pub(super) labels: HashMap<i64, usize>,
     /// FOR loops: statement, register, last value, step.
-    loops: Vec<(usize, i64, f64, f64)>,
+    pub(super) loops: Vec<(usize, i64, f64, f64)>,
     /// Registers that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<i64>,
     analog: Analog,
@@ -134,8 +138,12 @@ impl<'a> Run<'a> {
             frames: HashMap::new(),
             payload: None,
             config: None,
-            over: 1.0,
+            over: Ok(1.0),
             external: External::new(settings),
+            of_target: [None; 2],
+            axes: BTreeMap::new(),
+            stops: false,
+            joints: None,
             next: 0,
             budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             passed: HashMap::new(),
@@ -194,7 +202,7 @@ impl<'a> Run<'a> {
                 self.tool = None;
                 self.tool = Some(self.number_behind(text)?);
             }
-            "OVERRIDE" => self.set_override(text)?,
+            "OVERRIDE" => self.set_override(line, text)?,
             "R" => self.assign(line, text, statement)?,
             "PR" => self.assign_position(text)?,
             "AR" => {}
@@ -203,7 +211,7 @@ impl<'a> Run<'a> {
                 self.doubt_behind(statement);
                 self.jump(text, line)?;
             }
-            "CALL" => self.call(text, statement),
+            _ if keyword.eq_ignore_ascii_case("CALL") => self.call(text, statement),
             "RUN" => {
                 let name = text.get(3..).unwrap_or("").trim();
                 let what = format!(
@@ -212,11 +220,12 @@ impl<'a> Run<'a> {
                 );
                 self.log.warning(Code::MotionLeftOut, line, what);
             }
+            "MONITOR" => self.monitor(line, text),
             _ if text.starts_with('$') => self.system_variable(text, line)?,
             "IF" => self.condition(statement)?,
             "ELSE" => self.next = self.behind("ENDIF", &["IF"])?,
             "ENDIF" => {}
-            "SELECT" => return Err("SELECT decides at run time and is not supported".to_owned()),
+            "SELECT" => self.select(statement)?,
             "FOR" => self.for_loop(text)?,
             "ENDFOR" => self.end_for(),
             "WAIT" => self.wait(text, line),
@@ -263,7 +272,7 @@ impl<'a> Run<'a> {
     }
 
     /// Keeps what an output or a flag is set to; whether the job says that it sets something.
-    fn set_signal(&mut self, text: &str, statement: &Statement) -> bool {
+    pub(super) fn set_signal(&mut self, text: &str, statement: &Statement) -> bool {
         let Some((name, value)) = assignment(text) else { return false };
         let given = self.given(value, statement);
         let sets = set_by_name(self.settings, self.log, statement.line, &signal_key(name), given);
@@ -295,12 +304,23 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// `MONITOR CHECK` arms a condition program, `MONITOR END CHECK` ends it.
+    fn monitor(&mut self, line: usize, text: &str) {
+        let name = text.get(7..).unwrap_or("").trim();
+        if name.split_whitespace().next() != Some("END") {
+            let what = format!(
+                "MONITOR {name}: what its conditions do from here on, at any time, is not read"
+            );
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
+    }
+
     /// `$WAITTMOUT=200`: most say nothing of motion.
-    fn system_variable(&mut self, text: &str, line: usize) -> Result<(), String> {
+    pub(super) fn system_variable(&mut self, text: &str, line: usize) -> Result<(), String> {
         let name = text.split('=').next().unwrap_or(text).trim();
         let upper = name.to_ascii_uppercase();
         if upper == "$MCR.$GENOVERRIDE" {
-            return self.set_override(text);
+            return self.set_override(line, text);
         }
         if SYSTEM.iter().any(|part| upper.contains(part)) {
             return Err(format!("{name} changes frame, tool or speed and is not supported"));
@@ -314,19 +334,32 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn set_override(&mut self, text: &str) -> Result<(), String> {
+    /// What is not known is an error where a move follows.
+    fn set_override(&mut self, line: usize, text: &str) -> Result<(), String> {
         let value = text.split_once('=').map_or("", |(_, value)| value);
-        let percent = self.registers.value(value.trim().trim_end_matches('%'))?;
+        let percent = match self.registers.value(value.trim().trim_end_matches('%')) {
+            Ok(percent) => percent,
+            Err(why) => {
+                self.over = Err(format!("OVERRIDE of line {line}: {why}"));
+                return Ok(());
+            }
+        };
         if !(percent > 0.0 && percent <= 100.0) {
             return Err(format!("OVERRIDE is {percent} %, must be 1 to 100"));
         }
-        self.over = crate::units::ratio_from_percent(percent);
+        self.over = Ok(crate::units::ratio_from_percent(percent));
         Ok(())
     }
 
     /// `R[1:name]=R[2]+1`.
-    fn assign(&mut self, line: usize, text: &str, statement: &Statement) -> Result<(), String> {
-        let (number, rest) = register(text, "R").ok_or("R[ without a number")?;
+    pub(super) fn assign(
+        &mut self,
+        line: usize,
+        text: &str,
+        statement: &Statement,
+    ) -> Result<(), String> {
+        let found = self.registers.numbered(text, "R")?;
+        let (number, rest) = found.ok_or("R[ without a number")?;
         let value_text = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
         let given = self.given(value_text, statement);
         let name = format!("r[{number}]");
@@ -347,7 +380,7 @@ impl<'a> Run<'a> {
 
     /// `DO[1]=PULSE,0.5sec` sets an output as `PULSE DO[1]` does: at its end it is what it was, or
     /// not.
-    fn pulse(&mut self, line: usize, text: &str) {
+    pub(super) fn pulse(&mut self, line: usize, text: &str) {
         let name = text.get(5..).unwrap_or("").trim();
         let end = name.find(']').map_or(name.len(), |at| at + 1);
         let name = name.get(..end).unwrap_or(name);
@@ -393,51 +426,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// `JMP LBL[1]`: on from there. An endless loop is read once.
-    fn jump(&mut self, text: &str, line: usize) -> Result<(), String> {
-        let target = text.get(text.find("LBL").unwrap_or(0)..).unwrap_or("");
-        let number = match register(target, "LBL") {
-            Some((number, _)) => number,
-            None => {
-                let inside = target.strip_prefix("LBL[").and_then(|rest| rest.rsplit_once(']'));
-                let (inside, _) = inside.ok_or("JMP without LBL[ ]")?;
-                let value = self.registers.value(inside)?;
-                // A label's number is whole; another is not found.
-                if value.fract() == 0.0 { value as i64 } else { -1 }
-            }
-        };
-        let at = self.labels.get(&number).copied();
-        let at = at.ok_or_else(|| format!("LBL[{number}] is not in this program"))?;
-        // A loop that is left is over.
-        let statements = &self.source.statements;
-        self.loops.retain(|(start, ..)| (*start..end_of_loop(statements, *start)).contains(&at));
-        if at < self.next && text.starts_with("JMP") && self.is_endless(at) {
-            let what = "an endless loop: read once, without the move from its end back to its \
-                        beginning";
-            self.log.warning(Code::MotionLeftOut, line, what);
-            self.next = self.source.statements.len();
-        } else {
-            self.next = at + 1;
-        }
-        Ok(())
-    }
-
-    /// Whether the jump that has just run goes back to a label that has run for nothing: nothing
-    /// leads out of there, or nothing that conditions there ask for has changed.
-    fn is_endless(&mut self, label: usize) -> bool {
-        let jump = self.next - 1;
-        let Some(before) = self.passed.get(&label) else { return false };
-        let asked = self.asked.entry([label, jump]).or_insert_with(|| {
-            let body = self.source.statements.get(label..jump).unwrap_or_default();
-            let leaves = is_in_branch(body)
-                || body.iter().any(|own| leads_out(own, &self.labels, label..=jump));
-            leaves.then(|| body.iter().flat_map(|own| names_asked(own.text.trim())).collect())
-        });
-        let now = self.registers.state();
-        asked.as_ref().is_none_or(|asked| before.is_same(&now, asked))
-    }
-
-    fn call(&mut self, text: &str, statement: &Statement) {
+    pub(super) fn call(&mut self, text: &str, statement: &Statement) {
         let (line, rest) = (statement.line, text.get(4..).unwrap_or("").trim());
         let (name, args) = match rest.split_once('(') {
             Some((name, args)) => (name.trim(), args.trim_end().trim_end_matches(')')),
@@ -453,67 +442,14 @@ impl<'a> Run<'a> {
         self.log.warning(Code::MotionLeftOut, line, what);
     }
 
-    /// `IF cond,JMP LBL[1]`, `IF cond,CALL x`, `IF (cond) THEN`.
-    fn condition(&mut self, statement: &'a Statement) -> Result<(), String> {
-        let text = statement.text.trim();
-        let rest = text.get(2..).unwrap_or("").trim();
-        if let Some(condition) = rest.strip_suffix("THEN") {
-            return match self.registers.truth(condition.trim().trim_end_matches(',')) {
-                Ok(true) => Ok(()),
-                Ok(false) => {
-                    let otherwise = self.behind("ELSE", &["IF"]);
-                    let end = self.behind("ENDIF", &["IF"])?;
-                    self.next = otherwise.ok().filter(|at| *at < end).unwrap_or(end);
-                    Ok(())
-                }
-                Err(why) => Err(format!("IF decides about motion at run time: {why}")),
-            };
-        }
-        let parts = split_outside(rest, ",").or_else(|| rest.rsplit_once(','));
-        let (condition, action) = parts.ok_or("IF without an action")?;
-        let truth = self.registers.truth(condition);
-        let action = action.trim();
-        match truth {
-            Ok(false) => Ok(()),
-            Ok(true) if action.starts_with("JMP") => {
-                let action = action.strip_prefix("JMP").unwrap_or(action);
-                self.jump(action.trim(), statement.line)
-            }
-            Ok(true) if action.starts_with("CALL") => {
-                self.call(action, statement);
-                Ok(())
-            }
-            Ok(true) if action.starts_with('$') => self.system_variable(action, statement.line),
-            Ok(true) if SIGNALS.iter().any(|start| action.starts_with(start)) => {
-                self.set_signal(action, statement);
-                Ok(())
-            }
-            Ok(true) if action.starts_with("R[") => self.assign(statement.line, action, statement),
-            Ok(true) if action.starts_with("PR[") => self.assign_position(action),
-            Ok(true) | Err(_) if starts_with(action, "PULSE") => {
-                self.pulse(statement.line, action);
-                Ok(())
-            }
-            Ok(true) => Err(format!("'{action}' is not understood behind IF")),
-            Err(_) if action.starts_with('$') && !action.contains("OVERRIDE") => {
-                self.system_variable(action, statement.line)
-            }
-            Err(why) if self.forget_assigned(statement.line, action, &why) => Ok(()),
-            // A signal that is set or not moves nothing.
-            Err(_) if is_harmless(action) => Ok(()),
-            Err(why) => Err(format!("IF decides about motion at run time: {why}")),
-        }
-    }
-
     /// Whether an assignment sets a register or a signal; then that is known no longer.
-    fn forget_assigned(&mut self, line: usize, text: &str, why: &str) -> bool {
-        if let Some((number, _)) = register(text, "PR") {
-            let unknown = format!("PR[{number}] depends on a condition: {why}");
-            self.registers.set_position(number, Err(unknown));
-            return true;
+    pub(super) fn forget_assigned(&mut self, line: usize, text: &str, why: &str) -> bool {
+        if starts_with(text, "PR[") {
+            return self.forget_position(text, why);
         }
         let Some((name, value)) = assignment(text) else { return false };
-        let number = register(text, "R").map(|(number, _)| number);
+        let Ok(found) = self.registers.numbered(text, "R") else { return false };
+        let number = found.map(|(number, _)| number);
         let key = match number {
             Some(number) => {
                 self.registers.set(number, Err(why.to_owned()));
@@ -547,96 +483,6 @@ impl<'a> Run<'a> {
             self.log.warning(Code::MotionLeftOut, line, what);
         }
     }
-
-    /// The statement behind the one that closes what is open here, past nested ones.
-    fn behind(&self, end: &str, opens: &[&str]) -> Result<usize, String> {
-        let mut depth = 0_usize;
-        for (index, statement) in self.source.statements.iter().enumerate().skip(self.next) {
-            let text = statement.text.trim();
-            let word = text.split([' ', '(']).next().unwrap_or("");
-            let opens_block = opens.contains(&word) && (word != "IF" || text.ends_with("THEN"));
-            if opens_block {
-                depth += 1;
-            } else if word == end && depth == 0 {
-                return Ok(index + 1);
-            } else if matches!(word, "ENDIF" | "ENDFOR") && depth > 0 {
-                depth -= 1;
-            }
-        }
-        Err(format!("{end} is missing"))
-    }
-
-    /// `FOR R[1]=1 TO 3`, or DOWNTO.
-    fn for_loop(&mut self, text: &str) -> Result<(), String> {
-        let rest = text.get(3..).unwrap_or("").trim();
-        let (number, rest) = register(rest, "R").ok_or("FOR without R[ ]")?;
-        let rest = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
-        let (from, to, step) = match rest.split_once("DOWNTO") {
-            Some((from, to)) => (from, to, -1.0),
-            None => {
-                let (from, to) = rest.split_once("TO").ok_or("FOR without TO")?;
-                (from, to, 1.0)
-            }
-        };
-        let (from, to) = (self.registers.value(from)?, self.registers.value(to)?);
-        self.registers.set(number, Ok(from));
-        if (to - from) * step < 0.0 {
-            self.next = self.behind("ENDFOR", &["FOR"])?;
-        } else {
-            self.loops.push((self.next, number, to, step));
-        }
-        Ok(())
-    }
-
-    fn end_for(&mut self) {
-        let Some(&(start, number, to, step)) = self.loops.last() else { return };
-        let at = self.registers.value(&format!("R[{number}]")).unwrap_or(to) + step;
-        if (to - at) * step < 0.0 {
-            self.loops.pop();
-        } else {
-            self.registers.set(number, Ok(at));
-            self.next = start;
-        }
-    }
-}
-
-/// Whether a statement may leave a part of the program.
-fn leads_out(own: &Statement, labels: &HashMap<i64, usize>, part: RangeInclusive<usize>) -> bool {
-    let text = own.text.trim();
-    let Some(behind) = text.find("JMP").and_then(|at| text.get(at..)) else {
-        return matches!(text, "END" | "ABORT");
-    };
-    let target = behind.find("LBL").and_then(|at| register(behind.get(at..)?, "LBL"));
-    // A label by a register may be any.
-    let at = target.and_then(|(number, _)| labels.get(&number));
-    at.is_none_or(|at| !part.contains(at))
-}
-
-/// Whether what follows stands in a branch that statements have begun: another may go on behind it.
-fn is_in_branch(statements: &[Statement]) -> bool {
-    let mut depth = 0_usize;
-    for statement in statements {
-        match statement.text.trim() {
-            text if starts_with(text, "IF") && text.ends_with("THEN") => depth += 1,
-            "ENDIF" => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-    }
-    depth > 0
-}
-
-/// The ENDFOR of a loop whose first statement is at `start`.
-fn end_of_loop(statements: &[Statement], start: usize) -> usize {
-    let mut depth = 0_usize;
-    for (index, statement) in statements.iter().enumerate().skip(start) {
-        match statement.text.trim() {
-            "ENDFOR" if depth == 0 => return index,
-            "ENDFOR" => depth -= 1,
-            text if starts_with(text, "FOR ") => depth += 1,
-            _ => {}
-        }
-    }
-    statements.len()
 }
 
 /// Labels by their numbers, the first of each.
@@ -655,7 +501,7 @@ fn is_signal(name: &str) -> bool {
 }
 
 /// Whether a statement neither moves nor changes anything that is read here.
-fn is_harmless(text: &str) -> bool {
+pub(super) fn is_harmless(text: &str) -> bool {
     HARMLESS
         .iter()
         .any(|start| text.get(..start.len()).is_some_and(|head| head.eq_ignore_ascii_case(start)))

@@ -1,6 +1,6 @@
 //! The text of a Fanuc TP program → its statements and positions.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use crate::program::span::Span;
 
@@ -39,10 +39,23 @@ pub(super) struct Position {
     pub(super) groups: Vec<(u32, Group)>,
 }
 
+/// Numbers of user frames or of tools.
+#[derive(Debug, Default)]
+pub(super) struct Numbers {
+    /// Those in which positions are taught.
+    pub(super) of_positions: BTreeSet<u32>,
+    /// Whether any statement chooses one.
+    pub(super) are_chosen: bool,
+}
+
 #[derive(Debug, Default)]
 pub(super) struct Source {
     pub(super) statements: Vec<Statement>,
     pub(super) positions: HashMap<u32, Position>,
+    pub(super) frames: Numbers,
+    pub(super) tools: Numbers,
+    /// Line and number of the schedule by which positions follow a conveyor.
+    pub(super) tracks: Option<(usize, String)>,
     /// Line and what is wrong.
     pub(super) faults: Vec<(usize, String)>,
     pub(super) has_end: bool,
@@ -66,7 +79,7 @@ pub(super) fn parse(text: &str) -> Source {
             && !trimmed.starts_with("//")
         {
             let word = head.split_whitespace().next().unwrap_or("");
-            section = match word.to_ascii_uppercase().as_str() {
+            section = match word.trim_end_matches('.').to_ascii_uppercase().as_str() {
                 "MN" => "MN",
                 "POS" => "POS",
                 "END" => {
@@ -86,14 +99,36 @@ pub(super) fn parse(text: &str) -> Source {
                 positions.push_str(line);
                 positions.push('\n');
             }
-            _ => {}
+            _ => {
+                if let Some(schedule) = tracking(trimmed) {
+                    source.tracks = Some((index + 1, schedule.to_owned()));
+                }
+            }
         }
     }
     if let Some(open) = open {
         source.faults.push((open.line, "the statement has no ';': is the file whole?".to_owned()));
     }
     read_positions(&positions, positions_line, &mut source);
+    let groups = source.positions.values().flat_map(|position| &position.groups);
+    for (_, group) in groups.filter(|(number, _)| *number == 1) {
+        // Joints need no frame.
+        let frame = group.frame.filter(|_| !group.parts.contains_key("j1"));
+        source.frames.of_positions.extend(frame);
+        source.tools.of_positions.extend(group.tool);
+    }
+    let chooses = |name: &str| source.statements.iter().any(|own| own.text.contains(name));
+    source.frames.are_chosen = chooses("UFRAME_NUM");
+    source.tools.are_chosen = chooses("UTOOL_NUM");
     source
+}
+
+/// The number behind `LINE_TRACK_SCHEDULE_NUMBER : 1;` in the program's head; 0 tracks nothing.
+fn tracking(line: &str) -> Option<&str> {
+    let (name, value) = line.split_once(':')?;
+    let schedule = value.trim().trim_end_matches(';').trim_end();
+    let is_it = name.trim().eq_ignore_ascii_case("LINE_TRACK_SCHEDULE_NUMBER");
+    (is_it && schedule != "0").then_some(schedule)
 }
 
 /// Takes a line of `/MN`: `  12:L P[1] 100mm/sec FINE ;`, or what continues the one before.

@@ -251,7 +251,8 @@ fn system_variables_of_tp_that_motion_depends_on() {
     }
     let slow = tp("$MCR.$GENOVERRIDE=10 ;\nL P[1] 9mm/sec FINE ;\n", &[]).unwrap();
     assert!((slow.moves[1].feed_m_per_s - 0.0009).abs() < 1e-12, "{:?}", slow.moves);
-    refused(tp("$MCR.$GENOVERRIDE=R[1] ;\n", &[]), "R[1] is known only at run time");
+    let unknown = "$MCR.$GENOVERRIDE=R[1] ;\nL P[1] 9mm/sec FINE ;\n";
+    refused(tp(unknown, &[]), "R[1] is known only at run time");
     let payload = tp("$PAYLOAD=3 ;\nL P[1] 9mm/sec FINE ;\n", &[]).unwrap();
     assert_eq!(doubts(&payload), [(Code::ChangeIgnored, 4)]);
     for quiet in ["$WAITTMOUT=200", "$SHELL_CFG.$X=1", "IF DI[1]=ON,$WAITTMOUT=200"] {

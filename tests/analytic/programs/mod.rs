@@ -21,5 +21,6 @@ mod signals;
 mod silent;
 mod stated;
 mod support;
+mod tp;
 mod unsaid;
 mod whole;

@@ -251,7 +251,8 @@ fn offsets_of_tp_are_what_the_program_has_set() {
     refused(&format!("{L} Offset,PR[6] ;\n"), "assume: {\"PR[6]\": 0} in the job");
     refused(&format!("PR[5,6]=9 ;\n{L} Offset,PR[5] ;\n"), "turns");
     refused(&format!("PR[5,1]=R[9] ;\n{L} Offset,PR[5] ;\n"), "shifts the target");
-    refused(&format!("PR[5]=LPOS ;\n{L} Tool_Offset,PR[5] ;\n"), "shifts the target");
+    // The tool looks down there.
+    refused(&format!("PR[5]=LPOS ;\n{L} Tool_Offset,PR[5] ;\n"), "turns the target");
 }
 
 #[test]

@@ -1,0 +1,135 @@
+//! `PR[1]=P[2]+PR[3]`, `PR[1,3]=R[4]+5`, `PR[5]=LPOS`: what position registers are set to.
+
+use super::motion::{elements, group_of};
+use super::position::{Held, JOINTS};
+use super::registers::{OF_A_GROUP, bare, brackets, split_outside, starts_with};
+use super::run::Run;
+use super::text::Group;
+
+impl Run<'_> {
+    /// Sets a position register or an element of one: what cannot be worked out is unknown.
+    pub(super) fn assign_position(&mut self, text: &str) -> Result<(), String> {
+        if text.starts_with("PR[GP") {
+            return Err(OF_A_GROUP.to_owned());
+        }
+        let (inside, rest) = brackets(text, "PR").ok_or("PR[ without a number")?;
+        let value = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
+        let Some((number, index)) = split_outside(inside, ",") else {
+            let number = self.registers.whole(inside)?;
+            let held = bare(value).and_then(|value| self.sum(value));
+            let held = held.unwrap_or_else(|why| Held::unknown(None, &why));
+            self.registers.set_position(number, held);
+            return Ok(());
+        };
+        let (number, index) = (self.registers.whole(number)?, self.registers.whole(index)?);
+        let value = self.registers.value(value);
+        self.registers.set_element(number, index, value)
+    }
+
+    /// What an assignment would set is known no longer; false where it is not known which it is.
+    pub(super) fn forget_position(&mut self, text: &str, why: &str) -> bool {
+        let Some((inside, _)) = brackets(text, "PR") else { return false };
+        let (number, index) = match split_outside(inside, ",") {
+            Some((number, index)) => (number, Some(index)),
+            None => (inside, None),
+        };
+        let Ok(number) = self.registers.whole(number) else { return false };
+        match index.map(|index| self.registers.whole(index)) {
+            Some(Ok(index)) => {
+                self.registers.set_element(number, index, Err(why.to_owned())).is_ok()
+            }
+            Some(Err(_)) | None => {
+                self.registers.set_position(number, Held::unknown(None, why));
+                true
+            }
+        }
+    }
+
+    /// Positions added and subtracted: `LPOS-LPOS`, `PR[1]+P[R[2]]`.
+    fn sum(&self, text: &str) -> Result<Held, String> {
+        let (first, mut total, mut rest) = self.operand(text)?;
+        let mut is_first = true;
+        loop {
+            rest = rest.trim_start();
+            let sign = match rest.chars().next() {
+                None => return Ok(total),
+                Some('+') => 1.0,
+                Some('-') => -1.0,
+                Some(_) => return Err(format!("'{rest}' is not understood behind a position")),
+            };
+            let (name, next, behind) = self.operand(rest.get(1..).unwrap_or(""))?;
+            total = total.plus(sign, &next, is_first && name == first);
+            is_first = false;
+            rest = behind;
+        }
+    }
+
+    /// A position at the start of a text with its name, and what follows.
+    fn operand<'t>(&self, text: &'t str) -> Result<(String, Held, &'t str), String> {
+        let text = text.trim_start();
+        if let Some((number, rest)) = self.registers.numbered(text, "PR")? {
+            let name = format!("PR[{number}]");
+            let hint = format!(
+                "; assume: {{\"{name}\": 0}} in the job says that it is 0 until the program sets it"
+            );
+            let held = self.registers.position(number).named(&name, &hint);
+            return Ok((name, held, rest));
+        }
+        if let Some((number, rest)) = self.registers.numbered(text, "P")? {
+            return Ok((format!("P[{number}]"), Held::of(&self.taught(number)?), rest));
+        }
+        for list in ["UFRAME", "UTOOL"] {
+            if let Some((number, rest)) = self.registers.numbered(text, list)? {
+                let held = self.frame_given(list, number).map(|frame| {
+                    let six = elements(&frame);
+                    Held::of(&group_of(six))
+                });
+                let held = held.unwrap_or_else(|why| Held::unknown(Some(false), &why));
+                return Ok((format!("{list}[{number}]"), held, rest));
+            }
+        }
+        for (name, are_joints) in [("LPOS", false), ("JPOS", true)] {
+            if starts_with(text, name) {
+                let found = if are_joints { self.joints_now() } else { self.pose_now() };
+                let held = found.map(|group| Held::of(&group));
+                let held = held.unwrap_or_else(|why| Held::unknown(Some(are_joints), &why));
+                return Ok((name.to_owned(), held, text.get(name.len()..).unwrap_or("")));
+            }
+        }
+        Err(format!("'{}' is not read as a position", text.trim_end()))
+    }
+
+    /// LPOS: where the tool is, in the frames that are chosen.
+    fn pose_now(&self) -> Result<Group, String> {
+        self.is_at_target("LPOS")?;
+        let last = self.log.last();
+        let last = last.ok_or("LPOS behind a move to joints is known only at run time")?;
+        let frame = self.base_of(self.chosen("UFRAME")?)?;
+        let tcp = self.tcp(self.chosen("UTOOL")?.unwrap_or(0))?;
+        let mut group = group_of(elements(&(frame.inverse() * last.with(&tcp))));
+        group.config.clone_from(&self.config);
+        group.parts.extend(self.axes.clone());
+        Ok(group)
+    }
+
+    /// JPOS: where the joints are.
+    fn joints_now(&self) -> Result<Group, String> {
+        self.is_at_target("JPOS")?;
+        let joints = self.joints.ok_or("JPOS behind a move to a pose is known only at run time")?;
+        let mut group = Group::default();
+        group.parts.extend(JOINTS.map(str::to_owned).into_iter().zip(joints));
+        group.parts.extend(self.axes.clone());
+        Ok(group)
+    }
+
+    /// Where the arm is is known behind a move that stops at its end.
+    fn is_at_target(&self, name: &str) -> Result<(), String> {
+        match (self.log.has_moved(), self.stops) {
+            (false, _) => Err(format!("{name} before the first move is known only at run time")),
+            (_, false) => {
+                Err(format!("{name} behind a move without FINE is known only at run time"))
+            }
+            _ => Ok(()),
+        }
+    }
+}

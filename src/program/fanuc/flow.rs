@@ -1,0 +1,231 @@
+//! Branches and loops of TP programs: IF, SELECT, JMP, FOR.
+
+use std::collections::HashMap;
+use std::ops::RangeInclusive;
+
+use super::registers::{names_asked, register, split_outside, starts_with};
+use super::run::{Run, SIGNALS, is_harmless};
+use super::text::Statement;
+use crate::notes::Code;
+
+impl<'a> Run<'a> {
+    /// `JMP LBL[1]`: on from there. An endless loop is read once.
+    pub(super) fn jump(&mut self, text: &str, line: usize) -> Result<(), String> {
+        let target = text.get(text.find("LBL").unwrap_or(0)..).unwrap_or("");
+        let (number, _) = self.registers.numbered(target, "LBL")?.ok_or("JMP without LBL[ ]")?;
+        let at = self.labels.get(&number).copied();
+        let at = at.ok_or_else(|| format!("LBL[{number}] is not in this program"))?;
+        // A loop that is left is over.
+        let statements = &self.source.statements;
+        self.loops.retain(|(start, ..)| (*start..end_of_loop(statements, *start)).contains(&at));
+        if at < self.next && text.starts_with("JMP") && self.is_endless(at) {
+            let what = "an endless loop: read once, without the move from its end back to its \
+                        beginning";
+            self.log.warning(Code::MotionLeftOut, line, what);
+            self.next = self.source.statements.len();
+        } else {
+            self.next = at + 1;
+        }
+        Ok(())
+    }
+
+    /// Whether the jump that has just run goes back to a label that has run for nothing: nothing
+    /// leads out of there, or nothing that conditions there ask for has changed.
+    fn is_endless(&mut self, label: usize) -> bool {
+        let jump = self.next - 1;
+        let Some(before) = self.passed.get(&label) else { return false };
+        let asked = self.asked.entry([label, jump]).or_insert_with(|| {
+            let body = self.source.statements.get(label..jump).unwrap_or_default();
+            let leaves = is_in_branch(body)
+                || body.iter().any(|own| leads_out(own, &self.labels, label..=jump));
+            leaves.then(|| body.iter().flat_map(|own| names_asked(own.text.trim())).collect())
+        });
+        let now = self.registers.state();
+        asked.as_ref().is_none_or(|asked| before.is_same(&now, asked))
+    }
+
+    /// `IF cond,JMP LBL[1]`, `IF cond,CALL x`, `IF (cond) THEN`.
+    pub(super) fn condition(&mut self, statement: &'a Statement) -> Result<(), String> {
+        let text = statement.text.trim();
+        let rest = text.get(2..).unwrap_or("").trim();
+        if let Some(condition) = rest.strip_suffix("THEN") {
+            return match self.registers.truth(condition.trim().trim_end_matches(',')) {
+                Ok(true) => Ok(()),
+                Ok(false) => {
+                    let otherwise = self.behind("ELSE", &["IF"]);
+                    let end = self.behind("ENDIF", &["IF"])?;
+                    self.next = otherwise.ok().filter(|at| *at < end).unwrap_or(end);
+                    Ok(())
+                }
+                Err(why) => Err(format!("IF decides about motion at run time: {why}")),
+            };
+        }
+        let parts = split_outside(rest, ",").or_else(|| rest.rsplit_once(','));
+        let (condition, action) = parts.ok_or("IF without an action")?;
+        let truth = self.registers.truth(condition);
+        let action = action.trim();
+        match truth {
+            Ok(false) => Ok(()),
+            Ok(true) if starts_with(action, "JMP") || starts_with(action, "CALL") => {
+                self.branch(statement, action)
+            }
+            Ok(true) if action.starts_with('$') => self.system_variable(action, statement.line),
+            Ok(true) if SIGNALS.iter().any(|start| action.starts_with(start)) => {
+                self.set_signal(action, statement);
+                Ok(())
+            }
+            Ok(true) if action.starts_with("R[") => self.assign(statement.line, action, statement),
+            Ok(true) if action.starts_with("PR[") => self.assign_position(action),
+            Ok(true) | Err(_) if starts_with(action, "PULSE") => {
+                self.pulse(statement.line, action);
+                Ok(())
+            }
+            Ok(true) => Err(format!("'{action}' is not understood behind IF")),
+            Err(_) if action.starts_with('$') && !action.contains("OVERRIDE") => {
+                self.system_variable(action, statement.line)
+            }
+            Err(why) if self.forget_assigned(statement.line, action, &why) => Ok(()),
+            // A signal that is set or not moves nothing.
+            Err(_) if is_harmless(action) => Ok(()),
+            Err(why) => Err(format!("IF decides about motion at run time: {why}")),
+        }
+    }
+
+    /// `SELECT R[1]=1,JMP LBL[1]` with the cases behind it, `=2,CALL x` and `ELSE,JMP LBL[9]`, each
+    /// a statement.
+    pub(super) fn select(&mut self, statement: &'a Statement) -> Result<(), String> {
+        let rest = statement.text.trim().get(6..).unwrap_or("");
+        let (subject, first) = split_outside(rest, "=").ok_or("SELECT without '='")?;
+        let mut cases = vec![(statement, first)];
+        for (index, own) in self.source.statements.iter().enumerate().skip(self.next) {
+            let text = own.text.trim();
+            match text.strip_prefix('=') {
+                Some(case) => cases.push((own, case)),
+                None if is_else_of_select(text) => cases.push((own, text)),
+                None if text.starts_with(['!', '/']) || text.is_empty() => continue,
+                None => break,
+            }
+            // Cases that are not gone to are passed over, whether or not the register is known.
+            self.next = index + 1;
+        }
+        let at_run_time = |why: String| format!("SELECT decides at run time: {why}");
+        let value = self.registers.value(subject).map_err(at_run_time)?;
+        for (own, case) in cases {
+            let (wanted, action) = split_outside(case, ",").ok_or("a case without an action")?;
+            let is_it = is_else_of_select(case)
+                || self.registers.value(wanted).map_err(at_run_time)? == value;
+            if is_it {
+                return self.branch(own, action.trim());
+            }
+        }
+        Ok(())
+    }
+
+    /// What a branch does that is taken: JMP or CALL.
+    fn branch(&mut self, statement: &Statement, action: &str) -> Result<(), String> {
+        let target = action.get(3..).filter(|_| starts_with(action, "JMP"));
+        match target {
+            Some(target) => self.jump(target.trim(), statement.line),
+            None if starts_with(action, "CALL") => {
+                self.call(action, statement);
+                Ok(())
+            }
+            None => Err(format!("'{action}' is not understood as a branch")),
+        }
+    }
+
+    /// The statement behind the one that closes what is open here, past nested ones.
+    pub(super) fn behind(&self, end: &str, opens: &[&str]) -> Result<usize, String> {
+        let mut depth = 0_usize;
+        for (index, statement) in self.source.statements.iter().enumerate().skip(self.next) {
+            let text = statement.text.trim();
+            let word = text.split([' ', '(']).next().unwrap_or("");
+            let opens_block = opens.contains(&word) && (word != "IF" || text.ends_with("THEN"));
+            if opens_block {
+                depth += 1;
+            } else if word == end && depth == 0 {
+                return Ok(index + 1);
+            } else if matches!(word, "ENDIF" | "ENDFOR") && depth > 0 {
+                depth -= 1;
+            }
+        }
+        Err(format!("{end} is missing"))
+    }
+
+    /// `FOR R[1]=1 TO 3`, or DOWNTO.
+    pub(super) fn for_loop(&mut self, text: &str) -> Result<(), String> {
+        let rest = text.get(3..).unwrap_or("").trim();
+        let (number, rest) = self.registers.numbered(rest, "R")?.ok_or("FOR without R[ ]")?;
+        let rest = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
+        let (from, to, step) = match split_outside(rest, "DOWNTO") {
+            Some((from, to)) => (from, to, -1.0),
+            None => {
+                let (from, to) = split_outside(rest, "TO").ok_or("FOR without TO")?;
+                (from, to, 1.0)
+            }
+        };
+        let (from, to) = (self.registers.value(from)?, self.registers.value(to)?);
+        self.registers.set(number, Ok(from));
+        if (to - from) * step < 0.0 {
+            self.next = self.behind("ENDFOR", &["FOR"])?;
+        } else {
+            self.loops.push((self.next, number, to, step));
+        }
+        Ok(())
+    }
+
+    pub(super) fn end_for(&mut self) {
+        let Some(&(start, number, to, step)) = self.loops.last() else { return };
+        let at = self.registers.value(&format!("R[{number}]")).unwrap_or(to) + step;
+        if (to - at) * step < 0.0 {
+            self.loops.pop();
+        } else {
+            self.registers.set(number, Ok(at));
+            self.next = start;
+        }
+    }
+}
+
+/// Whether a statement may leave a part of the program.
+fn leads_out(own: &Statement, labels: &HashMap<i64, usize>, part: RangeInclusive<usize>) -> bool {
+    let text = own.text.trim();
+    let Some(behind) = text.find("JMP").and_then(|at| text.get(at..)) else {
+        return matches!(text, "END" | "ABORT");
+    };
+    let target = behind.find("LBL").and_then(|at| register(behind.get(at..)?, "LBL"));
+    // A label by a register may be any.
+    let at = target.and_then(|(number, _)| labels.get(&number));
+    at.is_none_or(|at| !part.contains(at))
+}
+
+/// Whether what follows stands in a branch that statements have begun: another may go on behind it.
+fn is_in_branch(statements: &[Statement]) -> bool {
+    let mut depth = 0_usize;
+    for statement in statements {
+        match statement.text.trim() {
+            text if starts_with(text, "IF") && text.ends_with("THEN") => depth += 1,
+            "ENDIF" => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+    }
+    depth > 0
+}
+
+/// The ENDFOR of a loop whose first statement is at `start`.
+fn end_of_loop(statements: &[Statement], start: usize) -> usize {
+    let mut depth = 0_usize;
+    for (index, statement) in statements.iter().enumerate().skip(start) {
+        match statement.text.trim() {
+            "ENDFOR" if depth == 0 => return index,
+            "ENDFOR" => depth -= 1,
+            text if starts_with(text, "FOR ") => depth += 1,
+            _ => {}
+        }
+    }
+    statements.len()
+}
+
+/// `ELSE,JMP LBL[9]`, the last case of a SELECT; ELSE of an IF stands alone.
+fn is_else_of_select(text: &str) -> bool {
+    text.strip_prefix("ELSE").is_some_and(|rest| rest.trim_start().starts_with(','))
+}

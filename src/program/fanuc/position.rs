@@ -1,0 +1,198 @@
+//! What a position register holds: the values of a pose or of joints. They are of no frame and no
+//! tool: a move counts them in those that are chosen where it runs.
+
+use std::array::from_fn;
+use std::collections::BTreeMap;
+
+use super::text::Group;
+
+pub(super) const POSE: [&str; 6] = ["x", "y", "z", "w", "p", "r"];
+pub(super) const JOINTS: [&str; 6] = ["j1", "j2", "j3", "j4", "j5", "j6"];
+
+/// The external axes of the arm's own group: elements 7 to 9.
+const AXES: [&str; 3] = ["e1", "e2", "e3"];
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Held {
+    /// J1 to J6 or X to R; `None` where the program sets elements of what only the controller
+    /// knows.
+    are_joints: Option<bool>,
+    /// In mm and degrees, or why they are not known; empty where the program does not set them.
+    elements: [Result<f64, String>; 6],
+    /// Elements that are zero by the job's word alone.
+    assumed: [bool; 6],
+    /// External axes by name.
+    axes: BTreeMap<String, f64>,
+    config: Option<String>,
+    /// Whether the program has set it as a whole.
+    is_set: bool,
+}
+
+impl Held {
+    /// What the program has not set.
+    pub(super) fn unset() -> Self {
+        Self { is_set: false, ..Self::unknown(None, "") }
+    }
+
+    /// What the program has set to what only the run knows.
+    pub(super) fn unknown(are_joints: Option<bool>, why: &str) -> Self {
+        Self {
+            are_joints,
+            elements: from_fn(|_| Err(why.to_owned())),
+            assumed: [false; 6],
+            axes: BTreeMap::new(),
+            config: None,
+            is_set: true,
+        }
+    }
+
+    /// Zero by the job's word.
+    pub(super) fn assumed_zero() -> Self {
+        let elements = from_fn(|_| Ok(0.0));
+        Self { are_joints: Some(false), elements, assumed: [true; 6], ..Self::unset() }
+    }
+
+    /// The values of a position, without its frame and tool.
+    pub(super) fn of(group: &Group) -> Self {
+        let are_joints = group.parts.contains_key(JOINTS[0]);
+        let names = if are_joints { JOINTS } else { POSE };
+        let element = |name: &str| {
+            let value = group.parts.get(name).copied();
+            value.ok_or_else(|| format!("the position has no {}", name.to_uppercase()))
+        };
+        Self {
+            elements: names.map(element),
+            axes: axes(group).collect(),
+            config: group.config.clone(),
+            ..Self::unknown(Some(are_joints), "")
+        }
+    }
+
+    pub(super) fn is_set(&self) -> bool {
+        self.is_set
+    }
+
+    /// Whether nothing says that the elements are not joints.
+    pub(super) fn is_of_unknown_kind(&self) -> bool {
+        self.are_joints.is_none()
+    }
+
+    /// `PR[1,3]`, by its number from 1.
+    pub(super) fn element(&self, name: &str, index: i64) -> Result<f64, String> {
+        let at = usize::try_from(index).ok().and_then(|index| index.checked_sub(1));
+        let own = at.and_then(|at| self.elements.get(at));
+        if let Some(own) = own {
+            return own.clone().map_err(|why| self.reason(name, index, &why));
+        }
+        let axis = at.and_then(|at| AXES.get(at.checked_sub(self.elements.len())?));
+        let value = axis.and_then(|axis| self.axes.get(*axis)).copied();
+        value.ok_or_else(|| format!("{name} is not known in its element {index}"))
+    }
+
+    /// Sets an element by its number from 1.
+    pub(super) fn set(&mut self, index: i64, value: Result<f64, String>) -> Result<(), String> {
+        let none = || format!("a position has no element {index}");
+        let at = usize::try_from(index).ok().and_then(|index| index.checked_sub(1));
+        let at = at.ok_or_else(none)?;
+        if let (Some(own), Some(assumed)) = (self.elements.get_mut(at), self.assumed.get_mut(at)) {
+            (*own, *assumed) = (value, false);
+            return Ok(());
+        }
+        let axis = at.checked_sub(self.elements.len()).and_then(|at| AXES.get(at));
+        let axis = axis.ok_or_else(none)?;
+        match value {
+            Ok(value) => drop(self.axes.insert((*axis).to_owned(), value)),
+            Err(_) => drop(self.axes.remove(*axis)),
+        }
+        Ok(())
+    }
+
+    /// As a place to go to, or a frame: what the job assumes is none.
+    pub(super) fn target(&self, name: &str) -> Result<Group, String> {
+        if self.assumed.contains(&true) {
+            return Err(format!(
+                "the program must set all elements of {name}: what the job assumes of position \
+                 registers, 0, counts for offsets only"
+            ));
+        }
+        self.group(name)
+    }
+
+    /// As what a shift takes, in no frame.
+    pub(super) fn group(&self, name: &str) -> Result<Group, String> {
+        let names = if self.are_joints == Some(true) { JOINTS } else { POSE };
+        let mut group = Group { config: self.config.clone(), ..Group::default() };
+        group.parts.extend(self.axes.iter().map(|(axis, value)| (axis.clone(), *value)));
+        for (index, own) in (1..).zip(names) {
+            group.parts.insert(own.to_owned(), self.element(name, index)?);
+        }
+        Ok(group)
+    }
+
+    /// The same, where what is not known says of which register it comes; `hint` is what helps
+    /// where the program sets none of it.
+    pub(super) fn named(mut self, name: &str, hint: &str) -> Self {
+        let told = self.clone();
+        for (index, own) in (1..).zip(&mut self.elements) {
+            if let Err(why) = own {
+                let hint = if why.is_empty() { hint } else { "" };
+                *why = told.reason(name, index, why) + hint;
+            }
+        }
+        self.is_set = true;
+        self
+    }
+
+    /// Element by element, as the controller adds and subtracts; the configuration stays.
+    /// `is_same`: both are one register, so that what it holds does not matter.
+    pub(super) fn plus(&self, sign: f64, other: &Self, is_same: bool) -> Self {
+        let are_joints = match (self.are_joints, other.are_joints) {
+            (Some(own), Some(other)) if own != other => {
+                return Self::unknown(None, "it adds a pose and joints");
+            }
+            (Some(own), Some(_)) => Some(own),
+            (Some(true), None) | (None, Some(true)) => {
+                return Self::unknown(None, "it adds joints to what may be a pose");
+            }
+            _ => None,
+        };
+        let is_zero = is_same && sign < 0.0 && are_joints.is_some();
+        let added = |at: usize| match (&self.elements[at], &other.elements[at]) {
+            (Ok(own), Ok(other)) => Ok(own + sign * other),
+            _ if is_zero => Ok(0.0),
+            (Err(why), _) | (_, Err(why)) => Err(why.clone()),
+        };
+        let both = self.axes.iter().filter_map(|(axis, own)| {
+            let other = other.axes.get(axis)?;
+            Some((axis.clone(), own + sign * other))
+        });
+        Self {
+            are_joints,
+            elements: from_fn(added),
+            assumed: from_fn(|at| self.assumed[at] && other.assumed[at]),
+            axes: both.collect(),
+            config: self.config.clone(),
+            is_set: true,
+        }
+    }
+
+    /// Why an element of a register is not known.
+    fn reason(&self, name: &str, index: i64, why: &str) -> String {
+        let head = format!("{name} is known only at run time");
+        if why.starts_with(&head) {
+            return why.to_owned();
+        }
+        match (why, self.elements.iter().any(Result::is_ok)) {
+            ("", true) => format!("{head}: the program does not set its element {index}"),
+            ("", false) => head,
+            _ => format!("{head}: {why}"),
+        }
+    }
+}
+
+/// The external axes that a position places.
+pub(super) fn axes(group: &Group) -> impl Iterator<Item = (String, f64)> {
+    let is_axis = |name: &str| AXES.contains(&name) || name.starts_with("gp");
+    let own = group.parts.iter().filter(move |(name, _)| is_axis(name));
+    own.map(|(name, value)| (name.clone(), *value))
+}
