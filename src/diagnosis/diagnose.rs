@@ -24,7 +24,7 @@ use super::symmetry::symmetry;
 use super::table::{check_rows, unit_hint, within_the_model};
 use super::unexplained::{as_far_off_as_held_out, as_far_off_as_seen};
 use super::unstated::{Stated, inert, stated};
-use super::verdict::{Judged, MAX_NOISE, Worth, drift_of};
+use super::verdict::{Judged, MAX_NOISE, Worth, drift_of, significant};
 use super::without_cause::without_cause;
 use crate::identify::ModeTable;
 use crate::model::{Description, Robot};
@@ -135,7 +135,12 @@ pub fn diagnose(
         noise_floor_percent: percent_from_ratio(noise_floor(&data, &chosen)),
         posterior,
         structure_before: judged.before.clone(),
-        structure_after: if names_causes { judged.after } else { judged.before },
+        structure_after: match verdict {
+            Verdict::Explained => judged.after,
+            // Of what was kept of the causes.
+            Verdict::PartlyExplained => significant(&problem, &choice.best.fit),
+            Verdict::Consistent | Verdict::Unexplained => judged.before,
+        },
         symmetry: symmetry(&robot, &data, &residuals, &candidates),
         untested,
         next_poses,
@@ -207,6 +212,7 @@ fn judgement<'c>(
     if worth == Worth::All && predicts(data, &choice.best.fit, &held_out) {
         return Judgement { verdict: Verdict::Explained, choice, held_out };
     }
+    // Together the causes surely gain; where each can stand in for another, none does by itself.
     if worth == Worth::All
         && let Some(kept) = sure_alone(&choice)
     {

@@ -6,8 +6,9 @@ use super::posterior::{Calibrated, rounded};
 use crate::model::Unexplained;
 
 /// No mode is better known, near the table or far from it, than the model with the causes that each
-/// fold chooses predicted it at the states that the fold left out, `errors` of the frequencies, one
-/// a point. The parameters' own variance is taken off, and the noise that the table states.
+/// fold chooses predicted it at the states that the fold left out: `errors` relative to the
+/// measured frequencies, one a point. The parameters' own variance is taken off, and the noise that
+/// the table states.
 pub(super) fn as_far_off_as_held_out(
     data: &Data,
     errors: &[Option<f64>],
@@ -20,8 +21,8 @@ pub(super) fn as_far_off_as_held_out(
         let points = data.points.iter().zip(errors).zip(variance.iter());
         let own = points.filter(|((point, _), _)| point.column == mode);
         let excess = own.filter_map(|((point, error), variance)| {
-            let noise = (stated * point.unit).powi(2) + point.rounding;
-            Some((*error)?.powi(2) - (*variance)? - noise)
+            let noise = (stated * point.stated).powi(2) + point.rounding;
+            Some((*error)?.ln_1p().powi(2) - (*variance)? - noise)
         });
         let excess: Vec<f64> = excess.collect();
         let mean = excess.iter().sum::<f64>() / excess.len() as f64;

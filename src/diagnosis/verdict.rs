@@ -64,8 +64,7 @@ impl Judged {
     pub(super) fn of(problem: &Problem<'_>, choice: &Choice<'_>) -> Self {
         let data = problem.data;
         let baseline = structure(problem, &choice.baseline);
-        let significant = |s: &Structure| s.p_value < structure::SIGNIFICANCE;
-        let before = baseline.as_ref().map(|s| s.clearest.clone()).filter(significant);
+        let before = baseline.as_ref().map(|s| s.clearest.clone()).filter(is_significant);
         let most = MAX_NOISE.max(MAX_TIMES_STATED * data.stated_noise.unwrap_or(0.0));
         let is_small = |fit: &Fit<'_>| {
             let level = fit.evaluation.noise.scale;
@@ -88,8 +87,7 @@ impl Judged {
         if choice.best.fit.hypothesis.effects.is_empty() {
             return Self { is_noise, causes: None, wrong_row, after: before.clone(), before };
         }
-        let left = structure(problem, &choice.best.fit);
-        let after = left.as_ref().map(|s| s.clearest.clone()).filter(significant);
+        let after = significant(problem, &choice.best.fit);
         let log_evidence_before = choice.baseline.evaluation.score;
         let shape_is_better = baseline.as_ref().is_some_and(|s| {
             log_evidence_before + s.best_log_evidence > choice.best.log_evidence + SHAPE_BETTER_BY
@@ -110,6 +108,15 @@ impl Judged {
         };
         Self { is_noise, causes: Some(worth), wrong_row, before, after }
     }
+}
+
+/// What the residual of a fit follows, if that is no chance.
+pub(super) fn significant(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structure> {
+    structure(problem, fit).map(|found| found.clearest).filter(is_significant)
+}
+
+fn is_significant(structure: &Structure) -> bool {
+    structure.p_value < structure::SIGNIFICANCE
 }
 
 /// The drift over the rows that a fit leaves, root mean square, share of the frequency.

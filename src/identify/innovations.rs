@@ -6,6 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::impacts::{Decay, compared, guard, sliding_maximum};
+use super::quality::rounding_step;
 use crate::statistics::deviation_about_zero;
 
 /// Samples that the next one is predicted from.
@@ -64,7 +65,7 @@ fn departures(samples: &[f64], rate_hz: f64) -> Vec<(usize, bool)> {
     const OUT_OF_NOISE: f64 = 12.0;
     /// Of the loudest sample that follows,
     const SHARE: f64 = 0.03;
-    /// and of the loudest of all: what is lost where next to nothing moves does no harm.
+    /// and of the loudest of all: what happens where next to nothing moves does no harm.
     const SHARE_OF_ALL: f64 = 0.01;
     /// A hit raises the response by this factor.
     const RISE: f64 = 1.2;
@@ -73,23 +74,22 @@ fn departures(samples: &[f64], rate_hz: f64) -> Vec<(usize, bool)> {
     let sizes: Vec<f64> = samples.iter().map(|y| y.abs()).collect();
     let ahead = sliding_maximum(&sizes, window);
     let loudest = sizes.iter().copied().fold(0.0, f64::max);
+    // Below one step of the converter nothing is predicted too well.
+    let step = rounding_step(samples).unwrap_or(0.0);
     let mut found = Vec::new();
     let mut at = 3 * ORDER;
     while at + ORDER < samples.len() {
         let before = at.saturating_sub(window).max(ORDER)..at;
         let error = errors[at].abs();
-        if error > SHARE * ahead[at]
-            && error > OUT_OF_NOISE * deviation_about_zero(&errors[before.clone()])
+        if error > (SHARE * ahead[at]).max(SHARE_OF_ALL * loudest)
+            && error > OUT_OF_NOISE * deviation_about_zero(&errors[before.clone()]).max(step)
         {
             let past = sizes[before].iter().copied().fold(0.0, f64::max);
-            let is_hit = ahead[at] > RISE * past;
-            if is_hit || error > SHARE_OF_ALL * loudest {
-                found.push((at, is_hit));
-                at += window;
-                continue;
-            }
+            found.push((at, ahead[at] > RISE * past));
+            at += window;
+        } else {
+            at += 1;
         }
-        at += 1;
     }
     found
 }

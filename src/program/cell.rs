@@ -174,10 +174,10 @@ pub(super) fn all(settings: &Settings) -> impl Iterator<Item = (Sets, &SetBy)> {
     spindle.into_iter().chain(settings.tool_from.as_ref().map(|by| (Sets::Tool, by)))
 }
 
-/// Procedures and data that the job names, in lower case: they mean the same in all files.
+/// Procedures, signals and data that the job names, in lower case: they mean the same in all files.
 pub(super) fn named_by_job(settings: &Settings) -> HashSet<String> {
     let procedures = all(settings).filter_map(|(_, by)| match &by.what {
-        Setter::Procedure(name, _) => Some(name.to_lowercase()),
+        Setter::Procedure(name, _) | Setter::Signal(name) => Some(name.to_lowercase()),
         _ => None,
     });
     let start = settings.procedure.iter().map(|name| name.to_lowercase());

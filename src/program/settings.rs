@@ -33,7 +33,7 @@ pub struct Settings {
     pub coordinates: Option<Coordinates>,
     /// G-code, APT: the unit of lengths where the program does not say it.
     pub unit: Option<LengthUnit>,
-    /// G-code: the unit of a dwell's P without a decimal point.
+    /// G-code: the unit of a dwell's P, X or U without a decimal point.
     pub dwell_unit: Option<DwellUnit>,
     /// Whether the job's spindle speed follows the program's time.
     pub is_scheduled: bool,

@@ -4,14 +4,14 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::lines::{
-    MAX_LINES, MIN_DECAY_SAMPLES, band, lines, most_samples, omega, on_lines, rounding_noise,
-    warn_of_break, warn_of_edge, warn_of_part,
+    MAX_LINES, band, lines, most_samples, omega, on_lines, rounding_noise, warn_of_break,
+    warn_of_edge, warn_of_part,
 };
 use super::{
     NO_LINES, Prepared, RecordKind, Sampling, SpectraOnLines, responses_of, without_offset,
 };
 use crate::identify::estimate::{Block, C64, ForceSample, Origin};
-use crate::identify::impacts::{Decay, Impact, guard, impacts_in_force};
+use crate::identify::impacts::{Decay, Impact, compared, guard, impacts_in_force};
 use crate::identify::innovations::Departures;
 use crate::identify::quality::{rounding_step, without_spikes};
 use crate::identify::record::Channel;
@@ -27,11 +27,12 @@ pub(super) fn forced(
     notes: &mut Notes,
 ) -> Option<Prepared> {
     let Some(part) = part(sampling, excitation, channels) else {
-        return unbroken(sampling, excitation, channels, notes);
+        return unbroken(sampling, excitation, channels, 0, notes);
     };
     warn_of_part(part.len(), sampling.rate_hz, "are fitted", notes);
+    let from = part.start;
     let (excitation, channels) = cut(excitation, channels, part);
-    unbroken(sampling, &excitation, &channels.iter().collect::<Vec<_>>(), notes)
+    unbroken(sampling, &excitation, &channels.iter().collect::<Vec<_>>(), from, notes)
 }
 
 fn cut(excitation: &Channel, channels: &[&Channel], part: Range<usize>) -> (Channel, Vec<Channel>) {
@@ -43,11 +44,13 @@ fn cut(excitation: &Channel, channels: &[&Channel], part: Range<usize>) -> (Chan
     (own(excitation), channels.iter().map(|channel| own(channel)).collect())
 }
 
-/// Of a hammer record, what comes before a moment at which the free vibration does not go on.
+/// Of a hammer record, what comes before a moment at which the free vibration does not go on; the
+/// first sample is the record's own `from`.
 fn unbroken(
     sampling: Sampling,
     excitation: &Channel,
     channels: &[&Channel],
+    from: usize,
     notes: &mut Notes,
 ) -> Option<Prepared> {
     let rate_hz = sampling.rate_hz;
@@ -57,12 +60,13 @@ fn unbroken(
         return whole(sampling, excitation, channels, notes);
     };
     let first = impacts.first().map_or(0, |impact| reach(impact)[1]);
-    if at < first + MIN_DECAY_SAMPLES {
-        let done = "what comes before it is too short to be used alone";
-        warn_of_break(at, rate_hz, done, notes);
+    // Of a short stretch the blow takes so much that it is no hammer's.
+    if at < first + compared(rate_hz) || impacts_in_force(&force[..at], rate_hz).is_empty() {
+        let done = "what comes before it is too short to be used alone: do not trust the modes";
+        warn_of_break(from + at, rate_hz, done, notes);
         return whole(sampling, excitation, channels, notes);
     }
-    warn_of_break(at, rate_hz, "what comes before it is used", notes);
+    warn_of_break(from + at, rate_hz, "what comes before it is used", notes);
     let (excitation, channels) = cut(excitation, channels, 0..at);
     whole(sampling, &excitation, &channels.iter().collect::<Vec<_>>(), notes)
 }

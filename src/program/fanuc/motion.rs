@@ -168,7 +168,8 @@ impl Run<'_> {
             let name = format!("PR[{number}]");
             let held = self.registers.position(number);
             let mut group = held.target(&name)?;
-            self.tell_kind(line, &name, &held);
+            // A target in joints would be quite another.
+            self.tell_kind(line, &name, &held, Code::UnitAssumed);
             group.tool = self.chosen("UTOOL")?;
             if !group.parts.contains_key(JOINTS[0]) {
                 group.frame = self.chosen("UFRAME")?;
@@ -196,13 +197,13 @@ impl Run<'_> {
     }
 
     /// Tells where nothing says that elements are not joints.
-    fn tell_kind(&mut self, line: usize, name: &str, held: &Held) {
+    fn tell_kind(&mut self, line: usize, name: &str, held: &Held, code: Code) {
         if held.is_of_unknown_kind() {
             let what = format!(
                 "{name} is taken as X to R, not as joints: the program sets nothing but its \
                  elements"
             );
-            self.log.warning(Code::Assumed, line, what);
+            self.log.warning(code, line, what);
         }
     }
 
@@ -426,7 +427,8 @@ impl Run<'_> {
                  {{\"{name}\": 0}} in the job says that it is 0 until the program sets it"
             )
         })?;
-        self.tell_kind(line, &name, &held);
+        // Joints do not shift a pose.
+        self.tell_kind(line, &name, &held, Code::Assumed);
         let by = six(&group, POSE)?.ok_or("an offset by joints is not read")?;
         // Full turns, as sums of angles may have, turn nothing.
         if pose(by).rotation.angle() > rad_from_deg(NO_ANGLE_DEG) {

@@ -81,7 +81,7 @@ pub(super) fn names_in(condition: &str) -> Vec<&str> {
     let (mut names, mut from) = (Vec::new(), 0);
     // Never true: every place is looked at once, but those within brackets.
     outside(condition, |_, rest| {
-        let next = condition.len() - rest.len() + 1;
+        let next = condition.len() - rest.len() + rest.chars().next().map_or(0, char::len_utf8);
         if rest.starts_with(']') {
             names.extend(condition.get(from..next));
         }

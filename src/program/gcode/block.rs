@@ -1,6 +1,6 @@
 //! A line of G-code → its words, with the places of their numbers.
 
-use super::expression::{Key, Parameters, Reader, VACANT};
+use super::expression::{Key, Parameters, Reader, not_vacant};
 use crate::program::span::Span;
 
 /// Sinumerik's words of several letters, as if each were one.
@@ -177,7 +177,7 @@ impl<'t> Lexer<'t> {
         let mut reader = Reader::new(self.bytes, self.at, self.parameters);
         let value = read(&mut reader)?;
         self.at = reader.at;
-        if value.is_nan() { Err(VACANT.to_owned()) } else { Ok(value) }
+        not_vacant(value)
     }
 
     /// `#1 = 5`: counts once the whole block is read.
@@ -210,7 +210,7 @@ impl<'t> Lexer<'t> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let first = rest.first().copied().unwrap_or_default();
         let behind = rest.get(1).copied().unwrap_or_default();
-        if behind.is_ascii_digit() || matches!(behind, b'.' | b'-' | b'+') {
+        if first != b'_' && (behind.is_ascii_digit() || matches!(behind, b'.' | b'-' | b'+')) {
             // The common word; A3=, S1= and R1= are told by what follows.
             let digits = rest.iter().skip(1).take_while(|byte| byte.is_ascii_digit()).count();
             if rest.get(1 + digits) != Some(&b'=') {
@@ -265,7 +265,11 @@ impl<'t> Lexer<'t> {
         }
         for part in names.split(',').filter(|part| !part.contains('[')) {
             let (name, value) = part.split_once('=').unwrap_or((part, "0"));
-            let value = Reader::new(value.as_bytes(), 0, self.parameters).expression()?;
+            let mut reader = Reader::new(value.as_bytes(), 0, self.parameters);
+            let value = not_vacant(reader.expression()?)?;
+            if let Some(byte) = reader.peek() {
+                return Err(format!("'{}' is not understood behind DEF", char::from(byte)));
+            }
             block.sets.push((Key::Name(name.trim().to_ascii_lowercase()), value));
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! A block of G-code → what the controller does, in the order that RS-274 gives.
 
-use super::block::{Block, Word};
+use super::block::{Block, DIRECTION, Word};
 use super::flow::Flow;
 use super::names::Name;
 use super::state::{AXES, Machine, Motion};
@@ -111,7 +111,11 @@ fn run_checked(
 /// Whether a block changes something between the lines of a corner, which are drawn together.
 fn parts_lines(block: &Block) -> bool {
     let starts = |code| matches!(code, 30 | 40 | 50 | 60 | 130 | 140);
-    block.has_any(b"ST") || block.codes('G').any(|c| c == 40) || block.codes('M').any(starts)
+    block.has_any(b"STHD")
+        || block.has_any(&super::rotary::LETTERS)
+        || block.has_any(&DIRECTION)
+        || block.codes('G').any(|c| c == 40)
+        || block.codes('M').any(starts)
 }
 
 /// Codes of which a block may hold one, in tenths, by letter: those that change what is read here.
@@ -378,6 +382,14 @@ fn sets(machine: &mut Machine<'_>, line: usize, code: i64, block: &Block) -> Res
             let offset =
                 of.map(|p| if p <= 6.0 { 530 + (p * 10.0) as i64 } else { 590 + p as i64 - 6 });
             match block.get('L').map(|l| l as i64) {
+                Some(2) if block.word(b'R').is_some() => {
+                    return Err("G10 L2 with R turns the work and is not supported".to_owned());
+                }
+                Some(20) if offset.is_some_and(|of| of != machine.shift.active()) => {
+                    return Err(
+                        "G10 L20 of another offset than the one that holds is not supported".into(),
+                    );
+                }
                 Some(2) => machine.shift.set_origin(offset, axes, machine.relative)?,
                 Some(20) => machine.stand_at(line, axes, true)?,
                 Some(1 | 10 | 11 | 12 | 13) => {
@@ -393,7 +405,7 @@ fn sets(machine: &mut Machine<'_>, line: usize, code: i64, block: &Block) -> Res
 
 /// G65: the letters are the locals of the subprogram.
 fn macro_call(flow: &mut Flow<'_>, block: &Block) -> Result<(), String> {
-    const LOCALS: [(u8, i64); 19] = [
+    const LOCALS: [(u8, i64); 21] = [
         (b'A', 1),
         (b'B', 2),
         (b'C', 3),
@@ -412,9 +424,16 @@ fn macro_call(flow: &mut Flow<'_>, block: &Block) -> Result<(), String> {
         (b'X', 24),
         (b'Y', 25),
         (b'Z', 26),
+        (b'U', 21),
+        (b'V', 22),
         (b'W', 23),
     ];
     let number = block.get('P').ok_or("G65 without P")?;
+    let is_known =
+        |letter: u8| b"GNOPL".contains(&letter) || LOCALS.iter().any(|(known, _)| *known == letter);
+    if let Some(word) = block.words.iter().find(|word| !is_known(word.letter)) {
+        return Err(format!("G65 gives {}, which is not supported", char::from(word.letter)));
+    }
     let locals =
         LOCALS.iter().filter_map(|&(letter, local)| Some((local, block.word(letter)?.value)));
     flow.call(number, block.get('L').unwrap_or(1.0), Some(locals.collect()))

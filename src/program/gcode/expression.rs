@@ -113,9 +113,11 @@ impl<'t> Reader<'t> {
 
     pub(super) fn skip_blanks(&mut self) {
         while let Some(byte) = self.bytes.get(self.at) {
-            let rest = self.bytes.get(self.at..).unwrap_or_default();
-            let end = rest.iter().position(|byte| *byte == b')');
-            match end.filter(|_| self.has_comments && *byte == b'(') {
+            let comment = || {
+                let rest = self.bytes.get(self.at..).unwrap_or_default();
+                rest.iter().position(|byte| *byte == b')')
+            };
+            match (self.has_comments && *byte == b'(').then(comment).flatten() {
                 Some(end) => self.at += end + 1,
                 None if byte.is_ascii_whitespace() => self.at += 1,
                 None => return,
@@ -258,17 +260,22 @@ impl<'t> Reader<'t> {
             "ATAN" => return self.arc_tangent(),
             _ => return Err(format!("'{name}' is not understood in an expression")),
         };
-        let value = of_degrees(self.deeper(Self::primary)?);
+        let value = of_degrees(self.deeper(Self::value)?);
         if value.is_finite() { Ok(value) } else { Err(format!("{name} has no finite result")) }
+    }
+
+    /// A primary that is not vacant.
+    pub(super) fn value(&mut self) -> Result<f64, String> {
+        not_vacant(self.primary()?)
     }
 
     /// `ATAN[y]/[x]`.
     fn arc_tangent(&mut self) -> Result<f64, String> {
-        let y = self.deeper(Self::primary)?;
+        let y = self.deeper(Self::value)?;
         if !self.take(b'/') {
             return Ok(deg_from_rad(y.atan()));
         }
-        let x = self.deeper(Self::primary)?;
+        let x = self.deeper(Self::value)?;
         Ok(deg_from_rad(y.atan2(x)))
     }
 
@@ -320,11 +327,16 @@ impl<'t> Reader<'t> {
 }
 
 /// What is said where a parameter without a value is used as a number.
-pub(super) const VACANT: &str = "a parameter that has no value (#0, or a letter that the call does not give) stands where a \
-     number is expected";
+const VACANT: &str = "a parameter that has no value (#0, or a letter that the call does not give) \
+                      stands where a number is expected";
 
 /// Two numbers nearer than this are equal, as LinuxCNC has it.
 const EQUAL: f64 = 1e-6;
+
+/// A number that is used as one.
+pub(super) fn not_vacant(value: f64) -> Result<f64, String> {
+    if value.is_nan() { Err(VACANT.to_owned()) } else { Ok(value) }
+}
 
 fn apply(operator: &str, left: f64, right: f64) -> Result<f64, String> {
     let truth = |is_true: bool| if is_true { 1.0 } else { 0.0 };
@@ -393,6 +405,7 @@ mod tests {
         for (text, said) in [
             ("#2", "#2 is read"),
             ("[#0 + 1]", "no value"),
+            ("ATAN[#0]", "no value"),
             ("[1/0]", "division by zero"),
             ("[1", "expected ']'"),
             ("FOO[1]", "'FOO'"),

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::expression::{Parameters, Reader, VACANT};
+use super::expression::{Parameters, Reader, not_vacant};
 use crate::program::log::Log;
 use crate::program::unread::left_over;
 
@@ -307,17 +307,13 @@ impl<'t> Flow<'t> {
                 keyword(content)
             ));
         }
-        let value = reader.primary()?;
-        if value.is_nan() {
-            return Err(VACANT.to_owned());
-        }
-        Ok((value != 0.0, reader.at))
+        Ok((reader.value()? != 0.0, reader.at))
     }
 
     /// `GOTO n`: to the line with N n.
     fn jump(&mut self, content: &str) -> Result<(), String> {
         let mut reader = Reader::new(content.as_bytes(), 4, &self.parameters);
-        let number = reader.expression()?;
+        let number = not_vacant(reader.expression()?)?;
         self.jump_to(number)
     }
 
@@ -354,7 +350,7 @@ impl<'t> Flow<'t> {
                 let mut reader = behind.reader(&self.parameters);
                 while reader.peek() == Some(b'[') {
                     let next = locals.len() as i64 + 1;
-                    locals.insert(next, reader.primary()?);
+                    locals.insert(next, reader.value()?);
                 }
                 self.enter(head, 1, Some(locals), false)
             }
@@ -414,7 +410,7 @@ impl<'t> Flow<'t> {
                 let left = match self.repeats.remove(&line) {
                     Some(left) => left,
                     None => {
-                        let count = behind.reader(&self.parameters).primary()?.max(0.0);
+                        let count = behind.reader(&self.parameters).value()?.max(0.0);
                         count as u64
                     }
                 };

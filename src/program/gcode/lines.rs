@@ -4,6 +4,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::block::{Block, CHAMFERED, ROUNDED};
 use super::state::{Corner, Machine};
+use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Arc;
 
@@ -118,6 +119,11 @@ impl Machine<'_> {
         self.no_corner()?;
         let was_known = self.cutter.place().is_some();
         self.shift.set_here(&mut self.cutter.at, axes, is_of_offset);
+        if !was_known && self.shift.has_started() {
+            let what = "states coordinates at a place that is not known behind moves: the work is \
+                        taken to stay where it was";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
         match self.cutter.place() {
             Some(place) if !was_known => self.line_to(line, place, Pace::Rapid, None),
             _ => Ok(()),
@@ -138,6 +144,9 @@ impl Machine<'_> {
         let Some(Corner { is_round, size, line, to: tip, pace }) = self.corner.take() else {
             return Ok(());
         };
+        if self.rotary.moves_work() {
+            return Err("a corner while a rotary axis of the work is used".to_owned());
+        }
         let from = self.cutter.place().ok_or("a corner from an unknown position")?;
         let (before, behind) = (tip - from, to - tip);
         let [Some(a), Some(b)] = [before, behind].map(|way| way.try_normalize(1e-9)) else {

@@ -74,6 +74,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
             return;
         }
     }
+    machine.tell_cuts_before_change();
     let open = machine.corner.map(|corner| corner.line);
     if let (Some(line), Err(what)) = (open, machine.no_corner()) {
         machine.cutter.log.error(Code::Motion, line, what);

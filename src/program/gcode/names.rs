@@ -4,7 +4,7 @@ use super::block::{Block, Word};
 use super::state::{AXES, Machine};
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 38] = [
+const HARMLESS: [&str; 37] = [
     "FNORM",
     "DIAMOF",
     "MSG",
@@ -31,7 +31,6 @@ const HARMLESS: [&str; 38] = [
     "CFIN",
     "G0DIST",
     "SETAL",
-    "DEF",
     "PROC",
     "EXTERN",
     "GROUP",

@@ -53,6 +53,15 @@ impl Shift {
         self.local + self.axes + self.moved + offset
     }
 
+    /// The code of the work offset that holds, in tenths.
+    pub(super) fn active(&self) -> i64 {
+        self.active
+    }
+
+    pub(super) fn has_started(&self) -> bool {
+        self.base.is_some()
+    }
+
     /// The path has started: what holds now is the job's work object.
     pub(super) fn start(&mut self) {
         if self.base.is_none() {

@@ -175,13 +175,16 @@ impl<'a> Machine<'a> {
 
     /// The tool that was selected is in the spindle from here on.
     pub(super) fn change_tool(&mut self) -> Result<(), String> {
-        if let Some(line) = self.cuts_before_change.take() {
-            let what = "cuts before the first M6: which tool is in the spindle is not stated; the \
-                        one that M6 loads later is taken";
-            self.cutter.log.warning(Code::ChangeIgnored, line, what);
-        }
+        self.tell_cuts_before_change();
         self.waits_for_first = false;
         self.next_tool.map_or(Ok(()), |tool| self.cutter.tool(tool))
+    }
+
+    pub(super) fn tell_cuts_before_change(&mut self) {
+        if let Some(line) = self.cuts_before_change.take() {
+            let what = "cuts before the first M6: which tool is in the spindle is not stated";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
     }
 
     /// A move at feed.

@@ -161,7 +161,10 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
             // `Q206 = Q2`; `FN 0: Q2 = …` sets it.
             let (value, length) = parameter(content, at, parameters);
             at += length;
-            words.push(Word { value: own.value.or(value), ..own });
+            let negative = own.sign == Some(false);
+            let value = value.map(|value| if negative { -value } else { value });
+            let sign = own.sign.filter(|_| value.is_none());
+            words.push(Word { value: own.value.or(value), sign, ..own });
             continue;
         }
         // `FQ2` is F with the value of Q2, `X-Q2` X with its negative.
@@ -292,6 +295,7 @@ mod tests {
             [("L", None), ("X", Some(-1.5)), ("Z", Some(1.5)), ("F", Some(68.0)), ("M", Some(3.0))]
         );
         assert_eq!(values("Q206=Q2 Q201=-20"), [("Q206", Some(68.0)), ("Q201", Some(-20.0))]);
+        assert_eq!(values("Q203=-Q2 Q201=+Q30"), [("Q203", Some(-68.0)), ("Q201", Some(-1.5))]);
         // Q3 is not known, and Q2 no part of it.
         assert_eq!(values("L FQ3"), [("L", None), ("FQ", Some(3.0))]);
         assert!(parse("L FQ2", 0, &known).word("F").unwrap().span.is_none());

@@ -151,7 +151,7 @@ impl<'a, 't> Reader<'a, 't> {
             word.name.len() > 1 && (word.name.starts_with('Q') || word.name.ends_with('Q'))
         };
         if block.words.iter().any(is_unset)
-            && !matches!(block.name(0), "CYCL" | "TCH" | "FN")
+            && !matches!(block.name(0), "CYCL" | "TCH" | "FN" | "BEGIN" | "END")
             && !block.name(0).starts_with('Q')
         {
             return Err("Q parameters in words are read only where FN 0 has set them".to_owned());
@@ -177,6 +177,7 @@ impl<'a, 't> Reader<'a, 't> {
             "FN" => Err("FN: of parameters and jumps FN 0 alone is supported".to_owned()),
             "TCH" => {
                 self.probe(line, block);
+                self.forget(block);
                 Ok(())
             }
             "" | "BLK" | "STOP" | "FUNCTION" => {
@@ -191,6 +192,7 @@ impl<'a, 't> Reader<'a, 't> {
             "CYCL" if block.name(1) == "CALL" => self.call_cycle(line, block),
             "CYCL" => {
                 let defined = self.define(line, block);
+                self.forget(block);
                 self.is_refused |= defined.is_err();
                 defined
             }
@@ -207,6 +209,14 @@ impl<'a, 't> Reader<'a, 't> {
             "M" => self.m_codes(line, block, false),
             name if name.starts_with('Q') => self.assign(&block.words),
             name => Err(format!("'{name}' is not understood; motion may be lost")),
+        }
+    }
+
+    /// Cycles and probes write Q parameters that they name.
+    fn forget(&mut self, block: &Block<'_>) {
+        let named = block.words.iter().filter_map(|word| word.name.strip_prefix('Q'));
+        for number in named.filter_map(|digits| digits.parse().ok()) {
+            self.parameters.remove(&number);
         }
     }
 

@@ -38,8 +38,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut file = File::default();
     let others = settings.companions.iter().map(|companion| &*companion.text);
     let texts: Vec<&str> = std::iter::once(text).chain(others).collect();
-    let kept = named_by_job(settings).into_iter().chain(signals::named_by(settings)).collect();
-    let renamed = modules::renamed(&texts, &kept);
+    let renamed = modules::renamed(&texts, &named_by_job(settings));
     let names = |number: usize| renamed.get(number).cloned().unwrap_or_default();
     parser::parse(text, &mut file, 0, &names(0));
     if let Some(line) = file.is_cut {

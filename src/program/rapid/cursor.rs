@@ -1,5 +1,7 @@
 //! A place among the tokens, and the parser of expressions and arguments.
 
+use std::collections::HashSet;
+
 use super::lexer::{Kind, Lexer, Token};
 use super::modules::{Renamed, named};
 use crate::program::span::Span;
@@ -21,8 +23,10 @@ pub(super) struct Cursor<'a> {
     /// Names that its modules have otherwise, and the module that is read.
     renamed: &'a Renamed,
     module: String,
-    /// The last token names a field or an optional parameter.
+    /// The last token says that what follows is a field or an optional parameter.
     names_part: bool,
+    /// Names that the routine at hand declares itself, in lower case.
+    own: HashSet<String>,
 }
 
 /// Why the tokens are no RAPID: a lower-case fragment.
@@ -41,6 +45,7 @@ impl<'a> Cursor<'a> {
             renamed,
             module,
             names_part: false,
+            own: HashSet::new(),
         };
         cursor.advance();
         cursor
@@ -51,10 +56,26 @@ impl<'a> Cursor<'a> {
         self.module.clone_from(&module.key);
     }
 
+    /// A routine begins: it has declared nothing yet.
+    pub(super) fn enter_routine(&mut self) {
+        self.own.clear();
+    }
+
+    /// A name that the routine at hand declares itself, or that a record has for a field.
+    pub(super) fn own_name(&mut self, is_of_routine: bool) -> Parsed<Name> {
+        self.names_part = true;
+        let name = self.name()?;
+        if is_of_routine {
+            self.own.insert(name.key.clone());
+        }
+        Ok(name)
+    }
+
     /// What a word names here.
     fn named(&self, word: &str) -> Name {
         let own = self.renamed.get(&self.module).filter(|_| !self.names_part);
-        named(word, own)
+        let name = named(word, own);
+        if self.own.contains(&word.to_lowercase()) { Name::new(word) } else { name }
     }
 
     pub(super) fn peek(&self) -> Option<Kind<'a>> {

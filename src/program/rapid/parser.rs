@@ -163,7 +163,7 @@ impl<'a> Parser<'a> {
         let mut fields = Vec::new();
         while !self.cursor.take_word("ENDRECORD") {
             let kind = self.cursor.name()?.key;
-            let field = self.cursor.name()?.key;
+            let field = self.cursor.own_name(false)?.key;
             self.cursor.symbol(";")?;
             fields.push((field, kind));
         }
@@ -177,7 +177,7 @@ impl<'a> Parser<'a> {
         let is_persistent = self.cursor.is_any_word(&["PERS"]);
         self.cursor.advance();
         let kind = self.cursor.name()?.key;
-        let name = self.cursor.name()?;
+        let name = if self.depth > 0 { self.cursor.own_name(true)? } else { self.cursor.name()? };
         let dimensions =
             if self.cursor.take_symbol("{") { self.cursor.list("}")? } else { Vec::new() };
         let value =
@@ -192,6 +192,7 @@ impl<'a> Parser<'a> {
             self.cursor.name()?;
         }
         let name = self.cursor.name()?;
+        self.cursor.enter_routine();
         self.cursor.symbol("(")?;
         let parameters = self.parameters()?;
         let mut body = Vec::new();
@@ -213,6 +214,7 @@ impl<'a> Parser<'a> {
     fn trap(&mut self) -> Parsed<Trap> {
         let line = self.cursor.line();
         let name = self.cursor.name()?;
+        self.cursor.enter_routine();
         let mut body = Vec::new();
         while !self.cursor.take_word("ENDTRAP") {
             if self.cursor.is_any_word(&["ERROR", "UNDO", "BACKWARD"]) {
@@ -257,7 +259,7 @@ impl<'a> Parser<'a> {
             }
             let first = self.cursor.name()?;
             let switch = first.key == "switch";
-            let name = self.cursor.name()?;
+            let name = self.cursor.own_name(true)?;
             if self.cursor.take_symbol("{") {
                 while !self.cursor.take_symbol("}") {
                     if self.cursor.peek().is_none() {

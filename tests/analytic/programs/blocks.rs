@@ -54,7 +54,7 @@ fn axes_that_are_not_named_behind_a_corner_are_those_of_the_corner() {
             ('L', [0.0, 50.0, 5.0]),
         ],
     );
-    for between in ["M5", "S900", "G4 P1.", "G92 X0", "M6 T1"] {
+    for between in ["M5", "S900", "G4 P1.", "G92 X0", "M6 T1", "G43 H1"] {
         let text = format!("G0 X0 Y0 Z5\nG1 X50 F600 ,C10\n{between}\nY50");
         let found = faults(&text, Dialect::GCode);
         assert!(found[0].what.contains("corner of line 2"), "{between}: {found:?}");
@@ -70,6 +70,10 @@ fn where_g92_states_the_place_the_path_starts_there() {
         let arc = gcode(&format!("G21 G90\n{set}\nM3 S1000\nG2 X10 Y0 I5 J0 F600"));
         assert_ends(&arc, &[('L', [0.0; 3]), ('A', [10.0, 0.0, 0.0])]);
     }
+    // Behind a way to where the program does not say, nothing says that the work has not moved.
+    let behind =
+        gcode("G21 G90 M3 S900\nG0 X0 Y0 Z5\nG1 Z-1 F100\nM5\nG28 Z0\nG92 Z50\nM3\nG1 Z-1");
+    assert_eq!(doubts(&behind), [(Code::ChangeIgnored, 6)], "{:?}", behind.warnings);
     // The place was known: nothing moves.
     assert_ends(
         &behind_head("G92 X100\nG1 X110 F600"),
@@ -82,6 +86,9 @@ fn a_cut_before_the_first_tool_change_is_with_a_tool_that_nobody_states() {
     let cut = "G90 G21 G0 X0 Y0 Z5 S1200 M3 T2\nG43 Z5 H1\nG1 X50 F500\n";
     let program = gcode(&format!("{cut}M6\nG1 X0"));
     assert_eq!(doubts(&program), [(Code::ChangeIgnored, 3)], "{:?}", program.warnings);
+    // An M6 that no line runs loads nothing.
+    let never = gcode("T1\nG90 G21 S900 M3\nG0 X0 Y0 Z5\nG1 X9 F100\nM30\nO2\nM6\nM99");
+    assert_eq!(doubts(&never), [(Code::ChangeIgnored, 4)], "{:?}", never.warnings);
     // Without an M6, T itself changes; before a cut nothing is in doubt.
     assert_eq!(doubts(&gcode(cut)), []);
     assert_eq!(doubts(&gcode("G90 G21 G0 X0 Y0 Z5\nT2 M6\nS900 M3\nG1 X50 F500")), []);
@@ -140,6 +147,9 @@ fn what_controls_read_differently_is_refused() {
         ("#1=[6 AND 3]", "6 AND 3"),
         ("G1 X50 F600 R10", "beside G0 or G1"),
         ("G1 X50 F600 K2", "beside G0 or G1"),
+        ("G10 L20 P2 X0 Y0 Z0", "another offset"),
+        ("G10 L2 P1 R45", "turns the work"),
+        ("#0=1", "#0 cannot be set"),
         ("G1 X5 F600\nG81 X9 Z-2 R1 F90\nG80\nX20", "axes without"),
     ] {
         let found = faults(&format!("G21 G90\nG0 X0 Y0 Z5\n{block}"), Dialect::GCode);
@@ -205,6 +215,16 @@ fn letters_that_a_macro_call_does_not_give_are_vacant() {
     ends("G65 P2 A7 B0", 7.0, 0.0);
     let found = faults(&text("G65 P2").replace("#2=3\n", ""), Dialect::GCode);
     assert!(found[0].what.contains("no value"), "{found:?}");
+    ends("G65 P2 U5", 40.0, 3.0);
+    let skipped = text("G65 P2 U5").replace("#2=3\n", "IF[#21EQ#0]GOTO9\n#2=8\n");
+    let program = gcode(&skipped);
+    assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [40.0, 8.0, 5.0])]);
+    for (line, said) in [("GOTO#5", "no value"), ("#7=ATAN[#6]", "no value")] {
+        let found = faults(&text("G65 P2").replace("#2=3", line), Dialect::GCode);
+        assert!(found[0].what.contains(said), "{line}: {found:?}");
+    }
+    let found = faults("O1 REPEAT [#0]\nG0 X1\nO1 ENDREPEAT", Dialect::GCode);
+    assert!(found[0].what.contains("no value"), "{found:?}");
     // Of other calls nothing says what the caller's letters are.
     let found = faults(&text("M98 P2"), Dialect::GCode);
     assert!(found[0].what.contains("#1 is read"), "{found:?}");
@@ -217,6 +237,10 @@ fn comments_and_subprogram_ends_of_other_controls_change_nothing() {
     let text = "N10 DEF REAL _home\nN20 DEF REAL _x=7, _y\n_home=5 _y=_x-4\nG71 G90\n\
                 G0 X0 Y0 Z=_home\nX=_x\nY=_y";
     assert_ends(&read_with(text, Dialect::Sinumerik, &settings()), &straight);
+    for (text, said) in [("_100", "_100"), ("DEF REAL _d=5 mm\nG0 X0", "behind DEF")] {
+        let found = faults(text, Dialect::Sinumerik);
+        assert!(found[0].what.contains(said), "{text}: {found:?}");
+    }
     let unset = faults("DEF STRING[9] _name\nG0 X=_name", Dialect::Sinumerik);
     assert!(unset[0].what.contains("_name"), "{unset:?}");
 }
@@ -231,7 +255,18 @@ fn heidenhain_parameters_that_are_constants_are_read() {
     let program = read_with(&text("FN 0: Q2=+600\n2 Q4 = 5"), Dialect::Heidenhain, &settings());
     assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [60.0, 0.0, 5.0])]);
     assert!((program.moves[1].feed_m_per_s - 0.01).abs() < 1e-12);
-    for unset in ["FN 0: Q2=+600", "FN 1: Q2=+Q3+5", "Q2 = Q3 * 5"] {
+    let negative = read_with(
+        &text("FN 0: Q2=+600\n2 Q5=-5\n2 FN 0: Q4=-Q5"),
+        Dialect::Heidenhain,
+        &settings(),
+    );
+    assert_ends(&negative, &[('L', [0.0, 0.0, 5.0]), ('L', [60.0, 0.0, 5.0])]);
+    for unset in [
+        "FN 0: Q2=+600",
+        "FN 0: Q2=+600\n2 Q4=5\n2 CYCL DEF 9.0 Q4=2",
+        "FN 1: Q2=+Q3+5",
+        "Q2 = Q3 * 5",
+    ] {
         let found = read(text(unset).as_bytes(), Dialect::Heidenhain, &settings()).unwrap_err();
         assert!(
             found.iter().any(|note| note.what.contains("FN 0") || note.what.contains("set by")),

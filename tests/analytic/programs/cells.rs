@@ -79,6 +79,22 @@ fn local_names_of_rapid_modules_are_their_own() {
             ('L', [200.0, 0.0, 0.0]),
         ],
     );
+    // A routine's own names are its own, whatever modules have.
+    let named = |text: &str| {
+        text.replace("MoveL p10", "step;\nMoveL p10").replace(
+            "LOCAL PROC step()",
+            "LOCAL VAR num x:=9;\nPROC other(\\num x)\nIF Present(x) MoveL Offs(p10,0,x,0),v100,fine,tool0;\n\
+             ENDPROC\nLOCAL PROC step()",
+        )
+    };
+    let one = main
+        .replace("two;", "Other \\x:=1;")
+        .replace("LOCAL PROC", "LOCAL VAR num x:=3;\nLOCAL PROC");
+    let two = named(&other);
+    let program = of(&one, Dialect::Rapid, &job(&[("two.mod", &two)]));
+    let last = program.moves.iter().map(|each| end(each).1.translation.vector * 1e3);
+    let last: Vec<[f64; 2]> = last.map(|at| [at.x.round(), at.y.round()]).collect();
+    assert!(last.contains(&[300.0, 1.0]), "{last:?}");
     // Without LOCAL they are one name, declared twice.
     let plain = other.replace("LOCAL ", "");
     let found = read(main.as_bytes(), Dialect::Rapid, &job(&[("two.mod", &plain)])).unwrap_err();

@@ -229,6 +229,8 @@ fn six_elements_make_a_position() {
     let up = end(&found.as_ref().unwrap().moves[0]).1.rotation * nalgebra::Vector3::z();
     assert!((up + nalgebra::Vector3::z()).norm() < 1e-9, "{up}");
     assert_eq!(told(&found, Code::AxisIgnored), NONE);
+    // In joints it would be another place.
+    assert_eq!(told(&found, Code::UnitAssumed), [12]);
     // How the arm stands there in the joints is not said.
     let found = tp(&format!("{target}J PR[1] 9% FINE ;\n"));
     assert_eq!(told(&found, Code::AxisIgnored), [12]);
