@@ -47,8 +47,6 @@ fn krl_refused(body: &str, why: &str) {
     assert!(found.iter().any(|note| note.what.contains(why)), "{why}: {found:?}");
 }
 
-/// Two taught programs have a point XP1, a speed V and a routine of their own under the same names.
-
 /// Two modules with data and routines of one name, each LOCAL; and one that hides a name of all.
 #[test]
 fn local_names_of_rapid_modules_are_their_own() {
@@ -104,6 +102,7 @@ fn local_names_of_rapid_modules_are_their_own() {
     assert_eq!(hides.moves.len(), 6);
 }
 
+/// Two taught programs have a point XP1, a speed V and a routine of their own under the same names.
 #[test]
 fn data_and_routines_of_krl_belong_to_their_module() {
     let point = |x: u16| format!("DECL E6POS XP1={{X {x},Y 0,Z 500,A 0,B 0,C 180}}");
