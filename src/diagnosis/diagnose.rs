@@ -76,7 +76,7 @@ pub fn diagnose(
     let problem = Problem { description, data: &data };
     progress(Done::Share(0.4));
     let judged = Judged::of(&problem, &choice);
-    let Judgement { verdict, choice, held_out } =
+    let Judgement { verdict, choice, held_out, predicts } =
         judgement(&problem, &judged, choice, settings.seed, || {
             cross_validated(&problem, &candidates, (&screen, &known), settings.seed, progress)
         });
@@ -126,6 +126,7 @@ pub fn diagnose(
             percent_points: percent_from_ratio(before - after),
             ci95: gain_interval(&data, &held_out, settings.seed).map(percent_from_ratio),
         },
+        predicts,
         without_cause,
         baseline: errors(&data, &choice.baseline, before, judged.is_noise),
         extended: errors(&data, &chosen, after, leaves_noise),
@@ -174,6 +175,7 @@ struct Judgement<'c> {
     verdict: Verdict,
     choice: Choice<'c>,
     held_out: HeldOut,
+    predicts: bool,
 }
 
 /// Causes are named where they surely gain at states left out.
@@ -187,13 +189,16 @@ fn judgement<'c>(
     let data = problem.data;
     let unchanged = HeldOut::unchanged(&choice.baseline.evaluation);
     let without = if judged.is_noise { Verdict::Consistent } else { Verdict::Unexplained };
+    let unexplained =
+        |choice, held_out| Judgement { verdict: without, choice, held_out, predicts: true };
     let worth = judged.causes.filter(|worth| *worth != Worth::Nothing);
     let Some(worth) = worth else {
-        return Judgement { verdict: without, choice, held_out: unchanged };
+        return unexplained(choice, unchanged);
     };
     if data.test_count() < MIN_STATES {
         // Nothing can be left out, so nothing is gained that anybody knows of.
-        return Judgement { verdict: Verdict::PartlyExplained, choice, held_out: unchanged };
+        let verdict = Verdict::PartlyExplained;
+        return Judgement { verdict, choice, held_out: unchanged, predicts: true };
     }
     let sure_alone = |choice: &Choice<'c>| {
         let sure = surely_gaining(problem, &choice.best.fit.hypothesis, seed);
@@ -202,15 +207,16 @@ fn judgement<'c>(
     if worth == Worth::Part {
         match sure_alone(&choice) {
             Some(kept) => choice = kept,
-            None => return Judgement { verdict: without, choice, held_out: unchanged },
+            None => return unexplained(choice, unchanged),
         }
     }
     let held_out = cross_validated();
     if gain_interval(data, &held_out, seed)[0] <= 0.0 {
-        return Judgement { verdict: without, choice, held_out: unchanged };
+        return unexplained(choice, unchanged);
     }
-    if worth == Worth::All && predicts(data, &choice.best.fit, &held_out) {
-        return Judgement { verdict: Verdict::Explained, choice, held_out };
+    let predicts = predicts(data, &choice.best.fit, &held_out);
+    if worth == Worth::All && predicts {
+        return Judgement { verdict: Verdict::Explained, choice, held_out, predicts };
     }
     // Together the causes surely gain; where each can stand in for another, none does by itself.
     if worth == Worth::All
@@ -218,7 +224,7 @@ fn judgement<'c>(
     {
         choice = kept;
     }
-    Judgement { verdict: Verdict::PartlyExplained, choice, held_out }
+    Judgement { verdict: Verdict::PartlyExplained, choice, held_out, predicts }
 }
 
 /// Whether causes predict states that were left out about as well as they fit the others, or to

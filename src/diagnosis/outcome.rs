@@ -380,6 +380,8 @@ pub struct Diagnosis {
     pub extended: Errors,
     /// What the findings gain.
     pub gain: Gain,
+    /// Whether the findings predict states left out about as well as they fit the table.
+    pub predicts: bool,
     /// Of an unexplained error: what a correction without a cause gains, if it surely does.
     pub without_cause: Option<WithoutCause>,
     /// The level of the noise, %: no model can do better.

@@ -362,8 +362,12 @@ fn with_means(description: &Description, learned: &[LearnedParameter]) -> Descri
 }
 
 fn with_posterior(description: &Description, posterior: Posterior) -> Description {
-    let calibration =
-        Calibration { poses: 0, heldout_rms_percent: 0.0, posterior: Some(posterior) };
+    let calibration = Calibration {
+        poses: 0,
+        heldout_rms_percent: 0.0,
+        is_doubtful: false,
+        posterior: Some(posterior),
+    };
     Description { calibration: Some(calibration), ..description.clone() }
 }
 

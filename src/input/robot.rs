@@ -263,6 +263,7 @@ fn describe(raw: &raw::Robot, tree: &Node, urdf: Option<&Urdf>, notes: &mut Note
             Some(Calibration {
                 poses: usize::try_from(calibration.poses?).ok()?,
                 heldout_rms_percent: calibration.heldout_rms_percent?,
+                is_doubtful: calibration.doubtful.unwrap_or(false),
                 posterior: learned.and_then(|learned| posterior(learned, joints, tree, notes)),
             })
         }),

@@ -187,10 +187,13 @@ fn corrections_block(corrections: &[FittedCorrection]) -> String {
 
 fn calibration_block(calibration: &CalibrationRecord, date: &str) -> String {
     let CalibrationRecord { model, table, fitted_to } = calibration;
-    let Calibration { poses, heldout_rms_percent, posterior } = model;
+    let Calibration { poses, heldout_rms_percent, is_doubtful, posterior } = model;
     let mut out = format!(
         "calibration: {{poses: {poses}, heldout_rms_percent: {heldout_rms_percent}, date: {date}"
     );
+    if *is_doubtful {
+        out.push_str(", doubtful: true");
+    }
     let named = |table: &TableName| {
         format!("file: {}, digest: {}", quoted(&table.file), quoted(&table.digest))
     };
@@ -244,7 +247,7 @@ mod tests {
     const DATE: &str = "2026-11-21";
 
     fn calibrated(poses: usize, heldout_rms_percent: f64) -> CalibrationRecord {
-        let model = Calibration { poses, heldout_rms_percent, posterior: None };
+        let model = Calibration { poses, heldout_rms_percent, is_doubtful: false, posterior: None };
         CalibrationRecord { model, table: None, fitted_to: Vec::new() }
     }
 
@@ -284,11 +287,12 @@ mod tests {
         let table =
             TableName { file: "my table.csv".into(), digest: "fnv1a-0123456789abcdef".into() };
         let joints = vec![vec![0.0, 2.0 * std::f64::consts::FRAC_PI_3], vec![-0.5, 1.0]];
-        let record = CalibrationRecord {
+        let mut record = CalibrationRecord {
             table: Some(table.clone()),
             fitted_to: vec![FittedTable { table, joints }],
             ..calibrated(12, 1.25)
         };
+        record.model.is_doubtful = true;
         let text = corrected_robot(&path, &output, &corrections, &record, &[], DATE).unwrap();
         assert!(
             text.starts_with("# my arm\n") && text.contains("urdf: ../../two-link.urdf"),

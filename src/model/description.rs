@@ -238,6 +238,8 @@ pub struct Calibration {
     pub poses: usize,
     /// Root mean square of the relative error of the frequencies, %.
     pub heldout_rms_percent: f64,
+    /// Its causes fit the table far better than they predicted poses left out.
+    pub is_doubtful: bool,
     /// What was learned of the model's numbers; older files have none.
     pub posterior: Option<Posterior>,
 }

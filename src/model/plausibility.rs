@@ -271,7 +271,7 @@ fn out_of_scale(springs: &[&Coordinate], kind: CoordinateKind) -> Vec<Note> {
 
 /// A calibration that says more than its poses can.
 fn slight(calibration: &Calibration) -> Option<Note> {
-    let Calibration { poses, heldout_rms_percent, ref posterior } = *calibration;
+    let Calibration { poses, heldout_rms_percent, is_doubtful, ref posterior } = *calibration;
     let (least, floor) = (Calibration::MIN_POSES, Calibration::MIN_HELDOUT_PERCENT);
     let what = if poses < least {
         format!("calibration.poses is {poses}: fewer than {least} poses say little of any other")
@@ -287,6 +287,14 @@ fn slight(calibration: &Calibration) -> Option<Note> {
              units, then run detune diagnose --write again",
             rounded(heldout_rms_percent, 3),
             Calibration::UNCALIBRATED_PERCENT
+        );
+        return Some(of_calibration(what));
+    } else if is_doubtful {
+        let what = format!(
+            "the causes of the calibration fit their table far better than they predicted poses \
+             left out (heldout_rms_percent {}): elsewhere they may be off by more than the \
+             intervals say; measure more poses, then run detune diagnose --write again",
+            rounded(heldout_rms_percent, 3)
         );
         return Some(of_calibration(what));
     } else {

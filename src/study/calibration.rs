@@ -120,7 +120,12 @@ mod tests {
             joints: table.rows.iter().map(|row| row.pose.clone()).collect(),
         };
         robot.calibration = Some(CalibrationRecord {
-            model: Calibration { poses: 2, heldout_rms_percent: 1.0, posterior: None },
+            model: Calibration {
+                poses: 2,
+                heldout_rms_percent: 1.0,
+                is_doubtful: false,
+                posterior: None,
+            },
             table: None,
             fitted_to: vec![fitted(first), fitted(second)],
         });

@@ -240,6 +240,7 @@ fn update(
                 poses: found.poses,
                 heldout_rms_percent: heldout
                     .clamp(Calibration::MIN_HELDOUT_PERCENT, MAX_HELDOUT_PERCENT),
+                is_doubtful: !found.predicts,
                 posterior: Some(found.posterior.clone()),
             },
             table: Some(name),
@@ -257,6 +258,13 @@ fn update_notes(found: &Diagnosis) -> Vec<Note> {
         notes.push(Note::warning(Code::Calibration, Place::default(), what));
     };
     let heldout = found.extended.heldout_rms_percent;
+    if !found.predicts {
+        warn(format!(
+            "the causes predict states left out with an error of {heldout:.2} %, far larger than that of \
+             their fit: the calibration is marked doubtful, and no verdict with it is better than \
+             uncertain; measure more poses"
+        ));
+    }
     if heldout > MAX_USEFUL_PERCENT {
         warn(format!(
             "the held-out error of the model is {heldout:.0} %: with this calibration, check \

@@ -100,6 +100,9 @@ fn a_calibration_vouches_for_the_model_that_was_measured() {
     let poor = format!("{}heldout_rms_percent: 10.94{}", &arm.robot[..rms], &arm.robot[end..]);
     told(&poor, &arm.urdf, "", "calibration", "is 10.94, more than the 5.1 %");
 
+    let doubtful = arm.changed("heldout_rms_percent:", "doubtful: true, heldout_rms_percent:");
+    told(&doubtful, &arm.urdf, "", "calibration", "far better than they predicted poses left out");
+
     // The 3 kg that were found do not go away with a payload that the job repeats.
     let same = "payload: {mass_kg: 5, com_m: [0, 0, 0]}\n";
     told(&arm.robot, &arm.urdf, same, "tool_mass_conflict", "where it states 5 kg");

@@ -317,6 +317,9 @@ pub(in crate::input) struct Calibration {
     /// Root mean square of the relative error of the frequencies, %.
     #[schemars(required, extend("minimum" = 0, "maximum" = 100))]
     pub(in crate::input) heldout_rms_percent: Option<f64>,
+    /// Its causes fit the table far better than they predicted poses left out: no verdict is better
+    /// than uncertain.
+    pub(in crate::input) doubtful: Option<bool>,
     /// Day of the comparison.
     #[schemars(extend("examples" = ["2026-11-21"]))]
     #[expect(dead_code, reason = "for people")]
