@@ -390,7 +390,11 @@ impl<'a> Run<'a> {
 
     fn wait(&mut self, text: &str, line: usize) {
         let rest = text.get(4..).unwrap_or("").trim();
-        let Some(time) = rest.strip_suffix("(sec)").or(rest.strip_suffix("sec")) else {
+        // A register alone is a time, too.
+        let register =
+            Some(rest).filter(|rest| rest.starts_with("R[") && !rest.contains(['=', '<', '>']));
+        let time = rest.strip_suffix("(sec)").or(rest.strip_suffix("sec")).or(register);
+        let Some(time) = time else {
             return self.wait_for(rest, line);
         };
         match self.registers.value(time) {

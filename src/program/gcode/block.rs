@@ -29,7 +29,7 @@ pub(super) struct Word {
     /// Where the number stands in the line; `None` where it is computed.
     pub(super) span: Option<Span>,
     pub(super) counts: Counts,
-    /// Written with a decimal point.
+    /// Written with a decimal point; what is computed has none.
     pub(super) has_point: bool,
 }
 
@@ -260,7 +260,11 @@ impl<'t> Lexer<'t> {
         let rest = rest.split(';').next().unwrap_or("").trim();
         self.at = self.bytes.len();
         let (kind, names) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-        if !matches!(kind.to_ascii_uppercase().as_str(), "REAL" | "INT" | "BOOL") {
+        // Whole numbers are rounded whenever they are set.
+        if matches!(kind.to_ascii_uppercase().as_str(), "INT" | "BOOL") {
+            return Err(format!("DEF {kind} is not supported: REAL alone"));
+        }
+        if !kind.eq_ignore_ascii_case("REAL") {
             return Ok(());
         }
         for part in names.split(',').filter(|part| !part.contains('[')) {
@@ -395,7 +399,7 @@ impl<'t> Lexer<'t> {
             let value = self.expression(Reader::primary)?;
             return add(
                 block,
-                Word { letter, value, span: None, counts: Counts::AsModal, has_point: true },
+                Word { letter, value, span: None, counts: Counts::AsModal, has_point: false },
             );
         }
         self.scattered(letter, block)

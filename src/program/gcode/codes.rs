@@ -226,8 +226,7 @@ fn modal(
         980 => machine.back_to_initial = true,
         990 => machine.back_to_initial = false,
         100 | 520 | 920 => once.sets = Some(code),
-        921 => machine.shift.reset(false),
-        922 => machine.shift.reset(true),
+        921 | 922 => machine.end_g92(line, code == 922),
         923 => machine.shift.restore(),
         _ => {
             return Err(format!("{} is not understood; motion may be lost", shown('G', code)));
@@ -399,6 +398,10 @@ fn sets(machine: &mut Machine<'_>, line: usize, code: i64, block: &Block) -> Res
                 _ => return Err("G10 is understood with L1, L2, L10 to L13 and L20 alone".into()),
             }
         }
+    }
+    if code != 100 && machine.shift.is_mixed() {
+        let what = "G52 and G92 both shift: controllers differ in what one makes of the other";
+        machine.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::block::Block;
-use super::state::{AXES, Cycle, CycleKind, Machine, Motion};
+use super::state::{AXES, Cycle, CycleKind, Height, Machine, Motion};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Plane;
@@ -70,8 +70,9 @@ impl Machine<'_> {
         };
         let [retract, bottom, step] =
             [b'R', AXES[w], b'Q'].map(|letter| block.word(letter).map(|word| self.mm(word.value)));
-        self.cycle.retract = retract.or(self.cycle.retract);
-        self.cycle.bottom = bottom.or(self.cycle.bottom);
+        let height = if self.relative { Height::Relative } else { Height::Word };
+        self.cycle.retract = retract.map(height).or(self.cycle.retract);
+        self.cycle.bottom = bottom.map(height).or(self.cycle.bottom);
         self.cycle.step = step.or(self.cycle.step);
         if let Some(word) = block.word(b'P') {
             self.cycle.dwell_s = self.dwell_s(line, word)?;
@@ -80,8 +81,12 @@ impl Machine<'_> {
         let name = char::from(AXES[w]);
         let given_z = self.cycle.bottom.ok_or_else(|| format!("the cycle has no {name}"))?;
         let shift = self.shift.total()[w];
-        let retract = if self.relative { self.cycle.initial + given_r } else { given_r + shift };
-        let bottom = if self.relative { retract + given_z } else { given_z + shift };
+        let level = |height: Height, from: f64| match height {
+            Height::Word(value) => value + shift,
+            Height::Relative(by) => from + by,
+        };
+        let retract = level(given_r, self.cycle.initial);
+        let bottom = level(given_z, retract);
         if bottom > retract {
             return Err(format!("the bottom ({name} {bottom}) lies above R ({retract})"));
         }

@@ -260,7 +260,13 @@ impl<'t> Reader<'t> {
             "ATAN" => return self.arc_tangent(),
             _ => return Err(format!("'{name}' is not understood in an expression")),
         };
-        let value = of_degrees(self.deeper(Self::value)?);
+        let value = self.deeper(Self::value)?;
+        if matches!(name.as_str(), "FIX" | "FUP") && value < 0.0 && value.fract() != 0.0 {
+            return Err(format!(
+                "{name}[{value}]: Fanuc rounds towards zero or away from it, LinuxCNC down or up"
+            ));
+        }
+        let value = of_degrees(value);
         if value.is_finite() { Ok(value) } else { Err(format!("{name} has no finite result")) }
     }
 
@@ -285,12 +291,17 @@ impl<'t> Reader<'t> {
 
     fn binary(&mut self, weakest: u8) -> Result<f64, String> {
         let mut left = self.primary()?;
+        let mut joined: Option<&str> = None;
         loop {
             let before = self.at;
             let Some((name, strength)) = self.operator().filter(|(_, s)| *s >= weakest) else {
                 self.at = before;
                 return Ok(left);
             };
+            // Fanuc has AND before OR, LinuxCNC takes them as they come.
+            if strength == 0 && joined.replace(name).is_some_and(|before| before != name) {
+                return Err(format!("{name} beside another of AND, OR and XOR: put brackets"));
+            }
             let right = self.deeper(|reader| reader.binary(strength + 1))?;
             left = apply(name, left, right)?;
         }
@@ -349,8 +360,12 @@ fn apply(operator: &str, left: f64, right: f64) -> Result<f64, String> {
         "*" => left * right,
         "/" | "MOD" if right == 0.0 => return Err("division by zero".to_owned()),
         "/" => left / right,
-        // The remainder has the sign of the divisor.
-        "MOD" => left - right * (left / right).floor(),
+        "MOD" if left * right < 0.0 && left % right != 0.0 => {
+            return Err(format!(
+                "{left} MOD {right}: controllers differ in the sign of the remainder"
+            ));
+        }
+        "MOD" => left % right,
         "+" => left + right,
         "-" => left - right,
         "EQ" => truth((left - right).abs() < EQUAL),
@@ -389,12 +404,17 @@ mod tests {
             ("##1", 7.0),
             ("#[2 + 2]", 7.0),
             ("[#<Depth> * -2]", 5.0),
-            ("[-5 MOD 3]", 1.0),
+            ("[-5 MOD -3]", -2.0),
+            ("[5 MOD 3]", 2.0),
+            ("[-6 MOD 3]", 0.0),
             ("ATAN[1]/[-1]", 135.0),
             ("SIN[30]", 0.5),
             ("[#1 GT 3 AND 1 LE 0]", 0.0),
             ("[10 - 4 - 3]", 3.0),
-            ("FIX[-2.5]", -3.0),
+            ("FIX[-2]", -2.0),
+            ("FIX[2.5]", 2.0),
+            ("[[1 OR 0] AND 0]", 0.0),
+            ("[1 AND 1 AND 0]", 0.0),
             ("[#1 EQ #0]", 0.0),
             ("[#0 NE #1]", 1.0),
             ("[#0 EQ #0]", 1.0),
@@ -406,6 +426,9 @@ mod tests {
             ("#2", "#2 is read"),
             ("[#0 + 1]", "no value"),
             ("ATAN[#0]", "no value"),
+            ("FIX[-2.5]", "FIX[-2.5]"),
+            ("[-5 MOD 3]", "-5 MOD 3"),
+            ("[1 OR 0 AND 0]", "put brackets"),
             ("[1/0]", "division by zero"),
             ("[1", "expected ']'"),
             ("FOO[1]", "'FOO'"),

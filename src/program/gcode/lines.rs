@@ -6,7 +6,7 @@ use super::block::{Block, CHAMFERED, ROUNDED};
 use super::state::{Corner, Machine};
 use crate::notes::Code;
 use crate::program::Pace;
-use crate::program::arc::Arc;
+use crate::program::arc::{Arc, Plane};
 
 /// Directions this nearly alike make no corner.
 const STRAIGHT_RAD: f64 = 1e-6;
@@ -56,6 +56,9 @@ impl Machine<'_> {
         clockwise: bool,
     ) -> Result<(), String> {
         self.turn(block)?;
+        if asked(block, |length| length)?.is_some() {
+            return Err("a corner at the end of an arc is not supported".to_owned());
+        }
         let pace = self.cutter.pace()?;
         let start = self.cutter.place().ok_or("an arc from an unknown position")?;
         let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
@@ -119,6 +122,7 @@ impl Machine<'_> {
         self.no_corner()?;
         let was_known = self.cutter.place().is_some();
         self.shift.set_here(&mut self.cutter.at, axes, is_of_offset);
+        self.starts_by_g92 |= !was_known;
         if !was_known && self.shift.has_started() {
             let what = "states coordinates at a place that is not known behind moves: the work is \
                         taken to stay where it was";
@@ -128,6 +132,16 @@ impl Machine<'_> {
             Some(place) if !was_known => self.line_to(line, place, Pace::Rapid, None),
             _ => Ok(()),
         }
+    }
+
+    /// G92.1 and G92.2: where G92 said where the path starts, what they go back to is not stated.
+    pub(super) fn end_g92(&mut self, line: usize, keep: bool) {
+        if self.starts_by_g92 {
+            let what = "ends the G92 that states where the path starts: where the work is then, \
+                        nothing says";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
+        self.shift.reset(keep);
     }
 
     /// What comes now does not go on from a corner.
@@ -152,6 +166,12 @@ impl Machine<'_> {
         let [Some(a), Some(b)] = [before, behind].map(|way| way.try_normalize(1e-9)) else {
             return Err(format!("the corner of line {line} must lie between two lines"));
         };
+        let Plane([.., w]) = self.plane;
+        if a[w].abs().max(b[w].abs()) > STRAIGHT_RAD {
+            return Err(format!(
+                "the corner of line {line} does not lie in the plane of G17 to G19"
+            ));
+        }
         let turn = a.angle(&b);
         let off = if is_round { size * (turn / 2.0).tan() } else { size };
         if turn < STRAIGHT_RAD || !off.is_finite() {

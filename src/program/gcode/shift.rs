@@ -131,6 +131,11 @@ impl Shift {
         }
     }
 
+    /// G52 and G92 both shift: controllers differ in what one makes of the other.
+    pub(super) fn is_mixed(&self) -> bool {
+        self.local != Vector3::zeros() && self.axes != Vector3::zeros()
+    }
+
     /// G92.1 and G92.2.
     pub(super) fn reset(&mut self, keep: bool) {
         self.aside = if keep { self.axes } else { Vector3::zeros() };

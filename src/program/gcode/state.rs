@@ -36,14 +36,23 @@ pub(super) enum CycleKind {
     Unknown(i64),
 }
 
+/// A height of a cycle: what G91 makes of it, it stays behind a G90, and the other way round.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Height {
+    /// In the program's coordinates.
+    Word(f64),
+    /// From where the cycle was called, or from R.
+    Relative(f64),
+}
+
 /// What a cycle remembers from hole to hole, mm.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Cycle {
     /// Height where the cycle was called: where G98 goes back to.
     pub(super) initial: f64,
     /// The R word, the word of the bottom and Q as given.
-    pub(super) retract: Option<f64>,
-    pub(super) bottom: Option<f64>,
+    pub(super) retract: Option<Height>,
+    pub(super) bottom: Option<Height>,
     pub(super) step: Option<f64>,
     pub(super) dwell_s: f64,
     /// The code has a dwell at the bottom.
@@ -89,6 +98,8 @@ pub(super) struct Machine<'a> {
     waits_for_first: bool,
     /// Line of the first cut before it.
     cuts_before_change: Option<usize>,
+    /// A G92 or G10 L20 said where the path starts.
+    pub(super) starts_by_g92: bool,
     /// G0 held before the cycle: G80 goes back to it.
     pub(super) was_rapid: bool,
 }
@@ -121,6 +132,7 @@ impl<'a> Machine<'a> {
             waits_for_change,
             waits_for_first: waits_for_change,
             cuts_before_change: None,
+            starts_by_g92: false,
             was_rapid: false,
         }
     }

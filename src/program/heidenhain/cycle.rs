@@ -27,6 +27,13 @@ pub(super) struct Cycle {
     values: HashMap<String, (f64, Option<Span>)>,
 }
 
+impl Cycle {
+    /// Whether it has a parameter, by its number.
+    pub(super) fn has(&self, number: u32) -> bool {
+        self.values.contains_key(&format!("Q{number}"))
+    }
+}
+
 impl Reader<'_, '_> {
     /// CYCL DEF: drilling, or what neither moves nor shifts.
     pub(super) fn define(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {

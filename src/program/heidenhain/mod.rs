@@ -228,6 +228,9 @@ impl<'a, 't> Reader<'a, 't> {
             _ => None,
         };
         let (number, value) = set.ok_or("a Q parameter is set by a number or another alone")?;
+        if self.cycle.as_ref().is_some_and(|cycle| cycle.has(number)) {
+            return Err(format!("Q{number} of a cycle that is defined is changed: not supported"));
+        }
         self.parameters.insert(number, value);
         Ok(())
     }

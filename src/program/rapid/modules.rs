@@ -71,7 +71,7 @@ fn declared(text: &str, is_of_main: bool) -> Vec<Declared> {
             }
             "const" | "var" | "pers" if !in_routine => 2,
             "func" if !in_routine => 2,
-            "proc" | "trap" if !in_routine => 1,
+            "proc" | "trap" | "record" if !in_routine => 1,
             _ => 0,
         };
         in_routine |= behind > 0 && matches!(word.as_str(), "func" | "proc" | "trap");

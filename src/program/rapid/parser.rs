@@ -159,7 +159,7 @@ impl<'a> Parser<'a> {
     }
 
     fn record(&mut self) -> Parsed<()> {
-        let name = self.cursor.name()?.key;
+        let Name { key: name, shown } = self.cursor.name()?;
         let mut fields = Vec::new();
         while !self.cursor.take_word("ENDRECORD") {
             let kind = self.cursor.name()?.key;
@@ -167,8 +167,10 @@ impl<'a> Parser<'a> {
             self.cursor.symbol(";")?;
             fields.push((field, kind));
         }
-        self.file.records.insert(name, fields);
-        Ok(())
+        match self.file.records.insert(name, fields) {
+            Some(_) => Err(format!("record '{shown}' is declared twice")),
+            None => Ok(()),
+        }
     }
 
     /// `CONST robtarget p{2}:=…;`, from the storage class on.

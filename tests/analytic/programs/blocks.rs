@@ -122,9 +122,44 @@ fn cycles_without_a_dwell_do_not_dwell() {
     assert!((all - 1.0).abs() < 1e-12, "{all}");
 }
 
+/// What a cycle was given in G90 it keeps in G91: levels that Fanuc and Haas hold.
+#[test]
+fn levels_of_a_cycle_stay_where_the_mode_changes() {
+    let program = behind_head("G0 Z20\nG99 G81 X10 Z-5 R2 F300\nG91 X10 L2");
+    let hole = |x: f64| [[x, 2.0], [x, -5.0], [x, 2.0]].map(|[x, z]| ('L', [x, 0.0, z]));
+    let mut ends = vec![('L', [0.0, 0.0, 5.0]), ('L', [0.0, 0.0, 20.0]), ('L', [10.0, 0.0, 20.0])];
+    ends.extend(hole(10.0));
+    for x in [20.0, 30.0] {
+        ends.extend(hole(x));
+    }
+    assert_ends(&program, &ends);
+    // Given in G91, they count from where the cycle was called.
+    let program = behind_head("G91 G99 G81 X10 Z-7 R-3 F300\nG90 X30");
+    let mut ends = vec![('L', [0.0, 0.0, 5.0]), ('L', [10.0, 0.0, 5.0])];
+    for x in [10.0, 30.0] {
+        ends.extend(hole(x));
+    }
+    assert_ends(&program, &ends);
+}
+
+#[test]
+fn shifts_that_controls_differ_in_are_doubts() {
+    let both = behind_head("G92 X5\nG52 X10\nG1 X0 F99");
+    assert_eq!(doubts(&both), [(Code::ChangeIgnored, 5)], "{:?}", both.warnings);
+    let ended = gcode("G21 G90 M3 S900\nG92 X0 Y0 Z10\nG1 X20 F99\nG92.1\nG1 X0");
+    assert_eq!(doubts(&ended), [(Code::ChangeIgnored, 4)], "{:?}", ended.warnings);
+    assert_eq!(doubts(&behind_head("G92 X5\nG1 X9 F99\nG92.1\nG1 X0")), []);
+}
+
 #[test]
 fn a_dwell_by_x_or_u_is_in_the_unit_of_p() {
     let in_ms = Settings { dwell_unit: Some(DwellUnit::Milliseconds), ..settings() };
+    for time in ["P#1", "P[1500.]"] {
+        let text = format!("G21 G90\n#1=1500\nG0 X0 Y0 Z5\nG4 {time}\nG1 X9 F600");
+        let program = read_with(&text, Dialect::GCode, &settings());
+        assert!((seconds(&program) - 1.5).abs() < 1e-12, "{time}");
+        assert!(program.warnings.iter().any(|note| note.what.starts_with("P1500 of a dwell")));
+    }
     for time in ["X1500", "U1500", "P1500"] {
         let text = format!("G21 G90\nG0 X0 Y0 Z5\nG4 {time}\nG1 X9 F600");
         let program = read_with(&text, Dialect::GCode, &in_ms);
@@ -150,6 +185,8 @@ fn what_controls_read_differently_is_refused() {
         ("G10 L20 P2 X0 Y0 Z0", "another offset"),
         ("G10 L2 P1 R45", "turns the work"),
         ("#0=1", "#0 cannot be set"),
+        ("G2 X20 Y20 I20 J0 F99 ,R3", "end of an arc"),
+        ("G1 X40 F99 ,R5\nZ-5", "does not lie in the plane"),
         ("G1 X5 F600\nG81 X9 Z-2 R1 F90\nG80\nX20", "axes without"),
     ] {
         let found = faults(&format!("G21 G90\nG0 X0 Y0 Z5\n{block}"), Dialect::GCode);
@@ -237,7 +274,11 @@ fn comments_and_subprogram_ends_of_other_controls_change_nothing() {
     let text = "N10 DEF REAL _home\nN20 DEF REAL _x=7, _y\n_home=5 _y=_x-4\nG71 G90\n\
                 G0 X0 Y0 Z=_home\nX=_x\nY=_y";
     assert_ends(&read_with(text, Dialect::Sinumerik, &settings()), &straight);
-    for (text, said) in [("_100", "_100"), ("DEF REAL _d=5 mm\nG0 X0", "behind DEF")] {
+    for (text, said) in [
+        ("DEF INT _n=2", "REAL alone"),
+        ("_100", "_100"),
+        ("DEF REAL _d=5 mm\nG0 X0", "behind DEF"),
+    ] {
         let found = faults(text, Dialect::Sinumerik);
         assert!(found[0].what.contains(said), "{text}: {found:?}");
     }
@@ -285,4 +326,13 @@ fn heidenhain_breaks_chips() {
     let heights = [10.0, 2.0, -2.0, -1.5, -4.0, 2.0, -2.0, -6.0, 2.0, 10.0];
     let ends: Vec<_> = heights.iter().map(|z| ('L', [0.0, 0.0, *z])).collect();
     assert_ends(&program, &ends);
+}
+
+/// A cycle reads its parameters where it is called: one that is changed behind its definition is refused.
+#[test]
+fn heidenhain_parameters_of_a_defined_cycle_are_not_changed() {
+    let text = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S2000\n2 CYCL DEF 200 DRILLING Q200=+2 Q201=-6 Q206=+150 Q202=+6 Q203=+0\n\
+                3 L X+0 Y+0 Z+10 FMAX M3\n4 FN 0: Q203=-10\n5 CYCL CALL\n6 END PGM A MM\n";
+    let found = read(text.as_bytes(), Dialect::Heidenhain, &settings()).unwrap_err();
+    assert!(found[0].what.contains("Q203 of a cycle"), "{found:?}");
 }

@@ -93,6 +93,19 @@ fn local_names_of_rapid_modules_are_their_own() {
     let last = program.moves.iter().map(|each| end(each).1.translation.vector * 1e3);
     let last: Vec<[f64; 2]> = last.map(|at| [at.x.round(), at.y.round()]).collect();
     assert!(last.contains(&[300.0, 1.0]), "{last:?}");
+    // Records, too.
+    let record = |fields: &str| format!("LOCAL RECORD hole\n{fields}\nENDRECORD\n");
+    let use_it = "PROC main()\nVAR hole h;\nh:=[5,9];\nMoveL Offs(p10,0,h.a,0),v100,fine,tool0;\n";
+    let one = main.replace("PROC main()\n", &format!("{}{use_it}", record("num a;num b;")));
+    let two = other.replace("PROC two()", &format!("{}PROC two()", record("num b;num a;")));
+    let program = of(&one, Dialect::Rapid, &job(&[("two.mod", &two)]));
+    assert!((end(&program.moves[0]).1.translation.y - 0.005).abs() < 1e-9);
+    let [one, two] = [&one, &two].map(|text| text.replace("LOCAL RECORD", "RECORD"));
+    let found = read(one.as_bytes(), Dialect::Rapid, &job(&[("two.mod", &two)])).unwrap_err();
+    assert!(
+        found.iter().any(|note| note.what.contains("record 'hole' is declared twice")),
+        "{found:?}"
+    );
     // Without LOCAL they are one name, declared twice.
     let plain = other.replace("LOCAL ", "");
     let found = read(main.as_bytes(), Dialect::Rapid, &job(&[("two.mod", &plain)])).unwrap_err();

@@ -487,3 +487,25 @@ fn branches_leave_an_element_open() {
     assert_goes(&tp(&format!("{open}PR[1,3]=7 ;\nL PR[1] 9mm/sec FINE ;\n")), &[[100.0, 0.0, 7.0]]);
     assert_eq!(lines(&tp("R[1]=2 ;\nL P[R[1]] 9mm/sec FINE ;\n").unwrap()), [7]);
 }
+
+/// A register alone behind WAIT is a time.
+#[test]
+fn a_wait_for_a_register_is_a_time() {
+    let waits = |statement: &str| {
+        let found =
+            tp(&format!("R[1]=2 ;\nL P[1] 9mm/sec FINE ;\n{statement} ;\nL P[2] 9mm/sec FINE ;\n"));
+        let program = found.unwrap();
+        let stands = program.moves.iter().filter_map(|each| match each.timing {
+            Timing::Seconds(seconds) => Some(seconds),
+            _ => None,
+        });
+        (
+            stands.sum::<f64>(),
+            program.warnings.iter().any(|note| note.what.starts_with("WAIT: R[2]")),
+        )
+    };
+    assert_eq!(waits("WAIT R[1]"), (2.0, false));
+    assert_eq!(waits("WAIT R[1:dwell]"), (2.0, false));
+    assert_eq!(waits("WAIT R[2]"), (0.0, true));
+    assert_eq!(waits("WAIT R[1]=1"), (0.0, false));
+}
