@@ -214,7 +214,7 @@ fn judgement<'c>(
     if gain_interval(data, &held_out, seed)[0] <= 0.0 {
         return unexplained(choice, unchanged);
     }
-    let predicts = predicts(data, &choice.best.fit, &held_out);
+    let predicts = predicts_left_out(data, &choice.best.fit, &held_out);
     if worth == Worth::All && predicts {
         return Judgement { verdict: Verdict::Explained, choice, held_out, predicts };
     }
@@ -229,7 +229,7 @@ fn judgement<'c>(
 
 /// Whether causes predict states that were left out about as well as they fit the others, or to
 /// what is noise anyway.
-fn predicts(data: &Data, fit: &Fit<'_>, held_out: &HeldOut) -> bool {
+fn predicts_left_out(data: &Data, fit: &Fit<'_>, held_out: &HeldOut) -> bool {
     /// Of the error that remains where nothing is left out.
     const MOST: f64 = 2.0;
     rms(held_out.after.iter()) <= (MOST * noise_floor(data, fit)).max(MAX_NOISE)

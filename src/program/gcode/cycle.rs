@@ -81,6 +81,12 @@ impl Machine<'_> {
         let name = char::from(AXES[w]);
         let given_z = self.cycle.bottom.ok_or_else(|| format!("the cycle has no {name}"))?;
         let shift = self.shift.total()[w];
+        let is_of_mode = |height| matches!(height, Height::Relative(_)) == self.relative;
+        if !(is_of_mode(given_r) && is_of_mode(given_z)) {
+            let what = "a cycle goes on behind a change of G90 and G91: it is taken to keep its \
+                        levels, as on Fanuc and Haas; LinuxCNC reads R and its depth anew";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
         let level = |height: Height, from: f64| match height {
             Height::Word(value) => value + shift,
             Height::Relative(by) => from + by,

@@ -127,6 +127,7 @@ fn cycles_without_a_dwell_do_not_dwell() {
 fn levels_of_a_cycle_stay_where_the_mode_changes() {
     let program = behind_head("G0 Z20\nG99 G81 X10 Z-5 R2 F300\nG91 X10 L2");
     let hole = |x: f64| [[x, 2.0], [x, -5.0], [x, 2.0]].map(|[x, z]| ('L', [x, 0.0, z]));
+    assert_eq!(doubts(&program), [(Code::ChangeIgnored, 6)], "{:?}", program.warnings);
     let mut ends = vec![('L', [0.0, 0.0, 5.0]), ('L', [0.0, 0.0, 20.0]), ('L', [10.0, 0.0, 20.0])];
     ends.extend(hole(10.0));
     for x in [20.0, 30.0] {
@@ -135,6 +136,9 @@ fn levels_of_a_cycle_stay_where_the_mode_changes() {
     assert_ends(&program, &ends);
     // Given in G91, they count from where the cycle was called.
     let program = behind_head("G91 G99 G81 X10 Z-7 R-3 F300\nG90 X30");
+    assert_eq!(doubts(&program), [(Code::ChangeIgnored, 5)], "{:?}", program.warnings);
+    // In one mode nothing is in doubt.
+    assert_eq!(doubts(&behind_head("G91 G99 G81 X10 Z-7 R-3 F300\nX30")), []);
     let mut ends = vec![('L', [0.0, 0.0, 5.0]), ('L', [10.0, 0.0, 5.0])];
     for x in [10.0, 30.0] {
         ends.extend(hole(x));
