@@ -30,27 +30,37 @@ pub(super) struct Noise {
 /// The likeliest noise for residuals of ln f, one a point; `None` where the model has no such mode.
 pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
     let nu = NOISE_FREEDOM;
-    let known: Vec<(f64, f64, f64)> = points
-        .iter()
-        .zip(residuals)
-        .filter_map(|(point, r)| Some((r.as_ref()?.powi(2), point.unit.powi(2), point.rounding)))
-        .collect();
-    let count = known.len() as f64;
-    let mean = known.iter().map(|(r2, u2, _)| r2 / u2).sum::<f64>() / count.max(1.0);
+    let known = points.iter().zip(residuals).filter_map(|(point, r)| Some((point, (*r)?)));
+    // r² and rounding over u² of each point, in fours; zeros behind the last count for nothing.
+    let mut fours: Vec<[[f64; 4]; 2]> = Vec::new();
+    let mut count = 0;
+    for (point, r) in known {
+        if count % 4 == 0 {
+            fours.push([[0.0; 4]; 2]);
+        }
+        let u2 = point.unit.powi(2);
+        if let Some([r2, rounding]) = fours.last_mut() {
+            r2[count % 4] = r * r / u2;
+            rounding[count % 4] = point.rounding / u2;
+        }
+        count += 1;
+    }
+    let count = count as f64;
+    let mean = fours.iter().flat_map(|[r2, _]| r2).sum::<f64>() / count.max(1.0);
     let floor = MIN_NOISE * MIN_NOISE;
-    // The variance of a point is s²u² + rounding; the part that is ours to find follows from the
-    // expected share of it in the residual.
+    // The variance of a point is s²u² + rounding; the part that is ours to find follows from its
+    // expected share in the residual: share² weight r² + s²u² (1 − share), on one denominator.
     let expected = |s2: f64| -> f64 {
-        let sum: f64 = known
-            .iter()
-            .map(|&(r2, u2, rounding)| {
-                let variance = s2 * u2 + rounding;
-                let weight = (nu + 1.0) / (nu + r2 / variance);
-                let share = s2 * u2 / variance;
-                (share * share * weight * r2 + s2 * u2 * (1.0 - share)) / u2
-            })
-            .sum();
-        (sum / count.max(1.0)).max(floor)
+        let mut sums = [0.0; 4];
+        for [r2, rounding] in &fours {
+            for k in 0..4 {
+                let variance = s2 + rounding[k];
+                let spread = nu * variance + r2[k];
+                let part = s2 * (nu + 1.0) * r2[k] + rounding[k] * spread;
+                sums[k] += s2 * part / (variance * spread);
+            }
+        }
+        (sums.iter().sum::<f64>() / count.max(1.0)).max(floor)
     };
     // Steffensen's method on ln s².
     let mut s2 = mean.max(floor);
@@ -70,23 +80,29 @@ pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
     let constant =
         ln_gamma(0.5 * (nu + 1.0)) - ln_gamma(0.5 * nu) - 0.5 * (nu * std::f64::consts::PI).ln();
     let mut ln_likelihood = 0.0;
-    let weights = points
-        .iter()
-        .zip(residuals)
-        .map(|(point, r)| match r {
-            None => {
-                ln_likelihood += UNPREDICTED;
-                0.0
-            }
-            Some(r) => {
-                let variance = s2 * point.unit.powi(2) + point.rounding;
-                let z2 = r * r / variance;
-                ln_likelihood +=
-                    constant - 0.5 * variance.ln() - 0.5 * (nu + 1.0) * (z2 / nu).ln_1p();
-                (nu + 1.0) / (nu + z2) / variance
-            }
-        })
-        .collect();
+    let mut weights = Vec::with_capacity(points.len());
+    // Products of some variances and of 1 + z²/ν: one logarithm for all.
+    let mut product = [1.0; 2];
+    let of_product =
+        |[variance, spread]: [f64; 2]| -0.5 * variance.ln() - 0.5 * (nu + 1.0) * spread.ln();
+    let mut factors = 0;
+    for (point, r) in points.iter().zip(residuals) {
+        let Some(r) = r else {
+            ln_likelihood += UNPREDICTED;
+            weights.push(0.0);
+            continue;
+        };
+        let variance = s2 * point.unit.powi(2) + point.rounding;
+        let z2 = r * r / variance;
+        product = [product[0] * variance, product[1] * (1.0 + z2 / nu)];
+        factors += 1;
+        if factors % 4 == 0 {
+            ln_likelihood += of_product(product);
+            product = [1.0; 2];
+        }
+        weights.push((nu + 1.0) / (nu + z2) / variance);
+    }
+    ln_likelihood += count * constant + of_product(product);
     Noise { ln_likelihood, scale: s2.sqrt(), weights }
 }
 

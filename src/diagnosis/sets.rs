@@ -3,11 +3,15 @@
 //! linear least squares on what each cause does near a model that is fitted already (best subsets:
 //! Furnival & Wilson, Technometrics 16, 1974).
 
+mod triangle;
+
+use std::ops::Range;
 use std::ptr;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use self::triangle::Triangle;
 use super::candidate::{Candidate, Parameter, Scale};
 use super::fit::Fit;
 use super::hypothesis::Hypothesis;
@@ -35,9 +39,17 @@ struct Member<'c> {
     columns: usize,
 }
 
+impl Member<'_> {
+    fn columns(&self) -> Range<usize> {
+        self.first_column..self.first_column + self.columns
+    }
+}
+
 /// The linear problem: weighted columns as their products with one another.
 struct Linear<'c> {
     members: Vec<Member<'c>>,
+    /// By member: the first one of the same cause at the same place.
+    places: Vec<usize>,
     products: DMatrix<f64>,
     /// 1/variance of what is expected of each column's coefficient, 0 where nothing is, and the
     /// value.
@@ -122,8 +134,7 @@ pub(super) fn swaps<'c>(
         let rest = TrialSet { members, log_evidence: f64::NEG_INFINITY, coefficients: Vec::new() };
         let mut tried = linear.with_one_more(&rest);
         // Not what was taken out, in this form or another.
-        let taken = linear.members[without].candidate;
-        let is_taken = |i: &usize| linear.members[*i].candidate.same_place(taken);
+        let is_taken = |&i: &usize| linear.places[i] == linear.places[without];
         tried.retain(|set| !set.members.iter().any(is_taken));
         tried.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
         swaps.extend(tried.iter().take(count).map(|set| linear.beside(&given, set)));
@@ -225,7 +236,11 @@ impl<'c> Linear<'c> {
         for (i, column) in columns.iter().enumerate() {
             flat.set_column(i, &weighted(column));
         }
+        let first = |own: &Member<'_>| {
+            members.iter().position(|other| other.candidate.same_place(own.candidate))
+        };
         Self {
+            places: members.iter().filter_map(first).collect(),
             members,
             products: flat.tr_mul(&flat),
             along: flat.tr_mul(&rest),
@@ -236,85 +251,86 @@ impl<'c> Linear<'c> {
     }
 
     fn same_places(&self, a: &TrialSet, b: &TrialSet) -> bool {
-        a.members.iter().all(|&i| {
-            b.members
-                .iter()
-                .any(|&j| self.members[i].candidate.same_place(self.members[j].candidate))
+        let places = |set: &TrialSet| set.members.iter().map(|&i| self.places[i]).collect();
+        let [a, b]: [Vec<usize>; 2] = [places(a), places(b)];
+        a.iter().all(|place| b.contains(place))
+    }
+
+    /// The set with each further member in turn, unless one of them had to be what it cannot be.
+    fn with_one_more(&self, set: &TrialSet) -> Vec<TrialSet> {
+        let mut triangle = Triangle::default();
+        if !set.members.iter().all(|&i| self.extend(&mut triangle, i)) {
+            return Vec::new();
+        }
+        let own = triangle.columns().len();
+        let taken: Vec<usize> = set.members.iter().map(|&i| self.places[i]).collect();
+        let mut further = Vec::new();
+        for i in (0..self.members.len()).filter(|&i| !taken.contains(&self.places[i])) {
+            if self.extend(&mut triangle, i) {
+                further.extend(self.trial(set, i, &triangle));
+            }
+            triangle.truncate(own);
+        }
+        further
+    }
+
+    /// Adds the columns of a member; `false` if they depend on those that are there.
+    fn extend(&self, triangle: &mut Triangle, member: usize) -> bool {
+        self.members[member].columns().all(|i| {
+            let [precision, mean] = self.expected[i];
+            let product = |j: usize| self.products[(i, j)];
+            triangle.push(i, product, self.slack(i), self.along[i] + precision * mean)
         })
     }
 
-    fn with_one_more(&self, set: &TrialSet) -> Vec<TrialSet> {
-        let taken = |i: usize| {
-            let candidate = self.members[i].candidate;
-            set.members.iter().any(|&j| self.members[j].candidate.same_place(candidate))
-        };
-        (0..self.members.len())
-            .filter(|&i| !taken(i))
-            .filter_map(|i| {
-                let mut members = set.members.clone();
-                members.push(i);
-                members.sort_unstable();
-                self.trial(members)
-            })
-            .collect()
+    /// What is added to a column's product with itself: what is expected of it, and a little
+    /// against columns that depend on each other.
+    fn slack(&self, column: usize) -> f64 {
+        self.expected[column][0] + 1e-9 * self.products[(column, column)] + 1e-12
     }
 
-    /// Least squares with the columns of some members; `None` if one of them had to be what it
-    /// cannot be.
-    fn trial(&self, members: Vec<usize>) -> Option<TrialSet> {
-        let columns: Vec<usize> = members
-            .iter()
-            .flat_map(|&i| {
-                let member = &self.members[i];
-                member.first_column..member.first_column + member.columns
-            })
-            .collect();
-        let p = columns.len();
-        let mut information = DMatrix::zeros(p, p);
-        let mut along = DVector::zeros(p);
-        let mut freedom = p as f64;
-        for (a, &i) in columns.iter().enumerate() {
-            for (b, &j) in columns.iter().enumerate() {
-                information[(a, b)] = self.products[(i, j)];
-            }
-            let [precision, mean] = self.expected[i];
-            let own = information[(a, a)];
-            freedom -= precision / (precision + own).max(f64::MIN_POSITIVE);
-            information[(a, a)] += precision + 1e-9 * own + 1e-12;
-            along[a] = self.along[i] + precision * mean;
-        }
-        let coefficients = information.cholesky()?.solve(&along);
-        let mut square = self.square;
-        let mut penalty = 0.0;
-        for (a, &i) in columns.iter().enumerate() {
-            let own: f64 = columns
-                .iter()
-                .zip(coefficients.iter())
-                .map(|(&j, c)| self.products[(i, j)] * c)
-                .sum();
-            square += coefficients[a] * (own - 2.0 * self.along[i]);
-            let [precision, mean] = self.expected[i];
-            penalty += precision * (coefficients[a] - mean).powi(2);
-        }
-        let mut at = 0;
+    /// Least squares with the columns of `set` and of the member `new`, which `triangle` holds in
+    /// this order; `None` if one of them had to be what it cannot be.
+    fn trial(&self, set: &TrialSet, new: usize, triangle: &Triangle) -> Option<TrialSet> {
+        let solved = triangle.solution();
         let mut plausibility = 0.0;
-        for &i in &members {
+        let mut freedom = triangle.columns().len() as f64;
+        let mut at = 0;
+        for &i in set.members.iter().chain([&new]) {
             let member = &self.members[i];
             let first = member.candidate.parameters.first();
-            if first.is_some_and(|first| !may_be_negative(first)) && coefficients[at] < MIN_SHARE {
+            if first.is_some_and(|first| !may_be_negative(first)) && solved[at] < MIN_SHARE {
                 return None;
             }
             plausibility += member.candidate.plausibility;
             freedom += member.candidate.hidden_freedom;
             at += member.columns;
         }
+        // With A x = b: xᵀ P x = xᵀ b − Σ slack x².
+        let mut square = self.square;
+        let mut penalty = 0.0;
+        for (&i, x) in triangle.columns().iter().zip(&solved) {
+            let [precision, mean] = self.expected[i];
+            square += x * (precision * mean - self.along[i] - self.slack(i) * x);
+            penalty += precision * (x - mean).powi(2);
+            let own = self.products[(i, i)];
+            freedom -= precision / (precision + own).max(f64::MIN_POSITIVE);
+        }
         let square = square.max(1e-9 * self.square).max(f64::MIN_POSITIVE);
         let log_evidence = -0.5 * self.count * (square / self.count).ln()
             - 0.5 * penalty
             - 0.5 * freedom * self.count.ln()
             + plausibility;
-        let coefficients = coefficients.iter().copied().collect();
-        log_evidence.is_finite().then_some(TrialSet { members, log_evidence, coefficients })
+        if !log_evidence.is_finite() {
+            return None;
+        }
+        let place = set.members.partition_point(|&i| i < new);
+        let before = set.members[..place].iter().map(|&i| self.members[i].columns).sum::<usize>();
+        let own = solved.len() - self.members[new].columns;
+        let mut members = set.members.clone();
+        members.insert(place, new);
+        let coefficients = [&solved[..before], &solved[own..], &solved[before..own]].concat();
+        Some(TrialSet { members, log_evidence, coefficients })
     }
 
     /// The causes of a set beside those that are given.

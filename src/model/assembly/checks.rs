@@ -280,6 +280,9 @@ fn inertial_faults(inertial: &Inertial) -> Vec<(&'static str, String)> {
         faults.push(("inertia", what));
         return faults;
     }
+    if m > 0.0 && is_of_a_body(&inertia) {
+        return faults;
+    }
     let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
     moments.sort_by(f64::total_cmp);
     let [smallest, middle, largest] = moments;
@@ -306,6 +309,13 @@ fn inertial_faults(inertial: &Inertial) -> Vec<(&'static str, String)> {
         faults.push(("inertia", what));
     }
     faults
+}
+
+/// Whether principal moments are surely positive and fulfil the triangle inequality: the second
+/// moments of the mass, ½ tr(I)·1 − I, are positive definite (Traversaro et al., IROS 2016, eq. 11).
+fn is_of_a_body(inertia: &Matrix3<f64>) -> bool {
+    let moments = Matrix3::from_diagonal_element(0.5 * inertia.trace()) - inertia;
+    moments.cholesky().is_some()
 }
 
 fn triangle_by_axis(diagonal: [f64; 3]) -> String {
