@@ -5,9 +5,9 @@ use super::outcome::Remedy;
 use super::speeds::{SafeSet, SpeedProblem, feed_at};
 use super::{FeedRule, Speeds};
 use crate::job::{Job, Operation, SpindleSpeed};
-use crate::notes::{Class, Note};
+use crate::notes::Note;
 use crate::path::Path;
-use crate::risk::{Rules, limits_at_speed};
+use crate::risk::{Rules, exceeded_at_speed, limits_at_speed};
 
 /// Speeds that are tried over the safe ones, and in each stretch of them at least.
 const TRIED: usize = 48;
@@ -51,9 +51,9 @@ impl Limits<'_> {
         problem: &SpeedProblem,
         set: &SafeSet,
     ) -> Result<f64, Note> {
-        if !self.exceeds(rpm)? {
-            return Ok(rpm);
-        }
+        let Some(worst) = self.exceeded(rpm, &self.stations)? else { return Ok(rpm) };
+        // Where one speed exceeds a limit others do, too: one place is looked at before the path.
+        let mut worst = [worst];
         let range: f64 = set.safe.iter().map(|gap| gap.high_rpm - gap.low_rpm).sum();
         let tried = |gap: &Speeds| {
             let width = gap.high_rpm - gap.low_rpm;
@@ -66,25 +66,34 @@ impl Limits<'_> {
         speeds.sort_by(|a, b| (a - rpm).abs().total_cmp(&(b - rpm).abs()));
         speeds.dedup();
         for speed in speeds {
-            if !self.exceeds(speed)? {
-                return Ok(speed);
+            if self.exceeded(speed, &worst)?.is_some() {
+                continue;
+            }
+            match self.exceeded(speed, &self.stations)? {
+                Some(s) => worst = [s],
+                None => return Ok(speed),
             }
         }
         Ok(rpm)
     }
 
-    fn exceeds(&self, rpm: f64) -> Result<bool, Note> {
+    /// Where, of `stations`, a constant speed surely exceeds a limit most.
+    fn exceeded(&self, rpm: f64, stations: &[f64]) -> Result<Option<f64>, Note> {
         let feed_m_per_s = match self.feed {
             FeedRule::ChipLoad => feed_at(self.operation.feed_m_per_s, self.programmed_rpm, rpm),
             FeedRule::Programmed => self.operation.feed_m_per_s,
         };
-        let found = self.at(SpindleSpeed::Constant(rpm), feed_m_per_s)?;
-        Ok(found.iter().any(|note| note.code.class() == Class::Breach))
+        let speed = (SpindleSpeed::Constant(rpm), self.ratio(feed_m_per_s));
+        exceeded_at_speed(self.job, self.operation, self.path, (self.rules, stations), speed)
     }
 
     fn at(&self, speed: SpindleSpeed, feed_m_per_s: f64) -> Result<Vec<Note>, Note> {
-        let feed_ratio = feed_m_per_s / self.operation.feed_m_per_s;
+        let speed = (speed, self.ratio(feed_m_per_s));
         let looked = (self.rules, &self.stations[..]);
-        limits_at_speed(self.job, self.operation, self.path, looked, (speed, feed_ratio))
+        limits_at_speed(self.job, self.operation, self.path, looked, speed)
+    }
+
+    fn ratio(&self, feed_m_per_s: f64) -> f64 {
+        feed_m_per_s / self.operation.feed_m_per_s
     }
 }

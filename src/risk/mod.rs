@@ -25,7 +25,7 @@ pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;
 pub use tool_tip::{
     Drilling, Excess, Harmonic, Largest, Quantity, SurfaceError, TipAt, ToolTip, assumed_point,
-    limits_at_speed,
+    exceeded_at_speed, limits_at_speed,
 };
 pub use verdict::{
     Approach, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample,

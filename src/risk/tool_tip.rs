@@ -216,19 +216,49 @@ pub fn limits_at_speed(
     job: &Job,
     operation: &Operation,
     path: &Path,
-    (rules, stations): (&Rules, &[f64]),
-    (speed, feed_ratio): (SpindleSpeed, f64),
+    looked: (&Rules, &[f64]),
+    speed: (SpindleSpeed, f64),
 ) -> Result<Vec<Note>, Note> {
     if limits(&job.policy).next().is_none() {
         return Ok(Vec::new());
     }
+    let tool_tip = tool_tip_at_speed(job, operation, path, looked, speed)?;
+    Ok(notes(job, operation, &Cut { tool_tip, stability: None }))
+}
+
+/// Where, 0 to 1, one of these limits is surely exceeded most; `None` where none is.
+///
+/// # Errors
+/// As above.
+pub fn exceeded_at_speed(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    looked: (&Rules, &[f64]),
+    speed: (SpindleSpeed, f64),
+) -> Result<Option<f64>, Note> {
+    if limits(&job.policy).next().is_none() {
+        return Ok(None);
+    }
+    let Ok(tip) = tool_tip_at_speed(job, operation, path, looked, speed)? else { return Ok(None) };
+    let sure = tip.beyond.iter().filter(|of| of.certainty == Certainty::Certain);
+    let share = |of: &Excess| of.largest_m / of.limit_m;
+    Ok(sure.max_by(|a, b| share(a).total_cmp(&share(b))).map(|most| most.largest_s))
+}
+
+fn tool_tip_at_speed(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    (rules, stations): (&Rules, &[f64]),
+    (speed, feed_ratio): (SpindleSpeed, f64),
+) -> Result<Result<ToolTip, NoForce>, Note> {
     let operation = &Operation { speed, ..operation.clone() };
     let mut places = cutting_places(operation, path, stations)?;
     for place in &mut places {
         place.feed_per_tooth_m *= feed_ratio;
     }
-    let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
-    Ok(notes(job, operation, &Cut { tool_tip, stability: None }))
+    Ok(tool_tip(job, operation, path, (rules, stations), &places))
 }
 
 /// Looks at the stations of a survey at which the tool cuts.
