@@ -18,8 +18,8 @@ use crate::path::{Path, Survey, grid};
 use crate::process::Seen;
 use crate::progress::Progress;
 use crate::risk::{
-    Counted, Paths, Rules, SpindleProfile, about_operation, crossings_under, detail, in_operation,
-    nothing_checked,
+    Counted, Paths, Rules, SpindleProfile, about_operation, chosen_joints, crossings_under, detail,
+    in_operation, nothing_checked,
 };
 use crate::uncertainty::{Trust, largest_by_mode};
 use crate::units::hz_from_rpm;
@@ -192,7 +192,8 @@ fn advise_path(
         tip: tip.as_ref().ok(),
     };
     let (remedy, no_schedule) = remedy_of(&task, constant, options.schedule)?;
-    let of_remedy = limits.of(&remedy)?;
+    let mut of_remedy = limits.of(&remedy)?;
+    of_remedy.extend(chosen_joints(job, operation, path));
     let levers = match constant {
         Some(_) => Vec::new(),
         None => {

@@ -81,7 +81,8 @@ pub struct OperationAdvice {
     pub vibration: Result<Vibration, NoForce>,
     /// When the cut chatters, where that is the objective and is known.
     pub depth: Option<Depth>,
-    /// What limits of the policy on the tool tip say of what is to be run.
+    /// What limits of the policy on the tool tip, and joints that poses leave free, say of what is
+    /// to be run.
     pub limits: Vec<Note>,
     /// The speed that would be the best, but for a limit that it exceeds.
     pub exceeding_rpm: Option<f64>,

@@ -204,7 +204,9 @@ impl<'j> Reader<'j> {
         let spindle = self.spindle();
         let policy = self.policy();
         self.tcp_far_away();
+        self.angles_in_degrees();
         self.masses_without_place();
+        self.payloads_far_out();
         let operations = self.operations(tool.as_ref(), spindle.as_ref());
         let levers = self.levers(operations.as_deref().unwrap_or_default());
         let operations = operations?;

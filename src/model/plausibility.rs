@@ -48,6 +48,8 @@ pub fn doubts(description: &Description, robot: &Robot, rigid: &[String]) -> Vec
     notes.extend(springs_out_of_scale(robot));
     notes.extend(joints_without_spring(robot, rigid));
     notes.extend(springs_off_the_chain(description, robot));
+    notes.extend(joints_beside_the_arm(description, robot));
+    notes.extend(strong_gravity(description));
     notes.extend(robot.calibration().and_then(slight));
     notes.extend(robot.calibration().and_then(|calibration| changed_since(calibration, robot)));
     notes
@@ -364,6 +366,52 @@ fn springs_off_the_chain(description: &Description, robot: &Robot) -> Option<Not
             off.join(", ")
         );
         Note::warning(Code::AxisIgnored, Place::key(Part::Robot, "tip"), what)
+    })
+}
+
+/// Links of a parallelogram and of a counterweight, which follow a joint of the arm.
+fn joints_beside_the_arm(description: &Description, robot: &Robot) -> Option<Note> {
+    let is_on_it = |name: &str| robot.joints().iter().any(|joint| joint.name == name);
+    let beside = description.joints.iter().filter(|own| own.kind.moves() && !is_on_it(&own.name));
+    let following: Vec<String> = beside
+        .filter_map(|own| {
+            let other = own.mimics.as_deref().filter(|other| is_on_it(other))?;
+            carries_mass(description, &own.child).then(|| format!("{} follows {other}", own.name))
+        })
+        .collect();
+    (!following.is_empty()).then(|| {
+        let what = format!(
+            "joints beside the arm are taken to stand at zero: {}; their masses are elsewhere in \
+             fact",
+            following.join(", ")
+        );
+        Note::warning(Code::HeldJoint, Place::part(Part::Robot), what)
+    })
+}
+
+/// Whether a link or what it carries has mass.
+fn carries_mass(description: &Description, link: &str) -> bool {
+    let mut all = vec![link];
+    let mut at = 0;
+    while let Some(&own) = all.get(at) {
+        at += 1;
+        let found = description.links.iter().find(|link| link.name == own);
+        if found.and_then(|link| link.inertial).is_some_and(|body| body.mass_kg > 0.0) {
+            return true;
+        }
+        let below = description.joints.iter().filter(|joint| joint.parent == own);
+        all.extend(below.map(|joint| joint.child.as_str()));
+    }
+    false
+}
+
+/// Nowhere that robots work does a body fall so fast.
+fn strong_gravity(description: &Description) -> Option<Note> {
+    const MOST_M_PER_S2: f64 = 30.0;
+    let own = description.gravity_m_per_s2.norm();
+    (description.gravity_stiffness && own > MOST_M_PER_S2).then(|| {
+        let what = format!("gravity is {} m/s²; is it in mm/s²?", rounded(own, 4));
+        Note::warning(Code::CadUnits, Place::key(Part::Gravity, "gravity_m_per_s2"), what)
     })
 }
 

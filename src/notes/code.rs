@@ -107,6 +107,8 @@ codes! {
     InertiaExtent = "inertia_extent": Doubt,
     /// Masses that are out of scale with the length of the arm.
     TotalMass = "total_mass": Doubt,
+    /// A joint beside the arm that follows one of the arm's, and is taken to stand still.
+    HeldJoint = "held_joint": Doubt,
     /// Masses and inertias that no file states, distributed from the mass of the whole arm.
     AssumedMass = "assumed_mass": Doubt,
     /// Numbers of a robot's files that look like millimetres, grams or degrees, or inertias that no
@@ -132,6 +134,9 @@ codes! {
     MotionLeftOut = "motion_left_out": Doubt,
     /// An axis that the program moves is taken to stand still.
     AxisIgnored = "axis_ignored": Doubt,
+    /// A pose fixes fewer joints than the arm has, and where the controller moves the rest is not
+    /// known.
+    RedundantArm = "redundant_arm": Doubt,
     /// The program changes tool, head or work object, and the job's are used throughout.
     ChangeIgnored = "change_ignored": Doubt,
     /// The unit or the zero of a program's numbers is stated nowhere and was assumed.

@@ -77,6 +77,7 @@ impl<'a> Path<'a> {
                     let found_start = (rank > 0).then(|| start.clone());
                     let mut path = Self::assemble(robot, kinematics, knots, segments);
                     (path.found_start, path.beside) = (found_start, beside);
+                    path.leaves_choice = moves.iter().any(|a_move| leaves_choice(robot, a_move));
                     return Ok(path);
                 }
                 // What was asked for is kept or refused.
@@ -99,6 +100,14 @@ impl<'a> Path<'a> {
         }
         Err(furthest.map_or_else(Vec::new, all_of))
     }
+}
+
+/// Whether a move ends at a pose that fixes fewer joints than are free there.
+fn leaves_choice(robot: &Robot, a_move: &Move) -> bool {
+    /// Of position and orientation.
+    const FIXED: usize = 6;
+    let placed = a_move.stated.external.len();
+    !matches!(a_move.to, Target::Joints(_)) && robot.joints().len() > FIXED + placed
 }
 
 /// The joints that a move's program places itself, marked, and their positions at its end.

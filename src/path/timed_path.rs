@@ -131,6 +131,8 @@ pub struct Path<'a> {
     pub(super) found_start: Option<Vec<f64>>,
     /// Targets that are reached beside the arm configurations that the program asks for.
     pub(super) beside: Vec<Beside>,
+    /// Whether a pose leaves the arm a choice: more joints than it fixes.
+    pub(super) leaves_choice: bool,
     /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
     knots_s: Vec<f64>,
     /// Joint positions at the knots, one row after the other.
@@ -163,6 +165,7 @@ impl<'a> Path<'a> {
             segments,
             found_start: None,
             beside: Vec::new(),
+            leaves_choice: false,
             knots_s,
             knots_q: q,
             segment_of,
@@ -199,7 +202,17 @@ impl<'a> Path<'a> {
             own = last.map(|at| Segment::standing(at, own.len())).into_iter().collect();
         }
         let found_start = self.found_start.clone().filter(|_| stretch_start == 0);
-        Path { found_start, beside, ..Path::assemble(robot, self.kinematics.clone(), knots, own) }
+        Path {
+            found_start,
+            beside,
+            leaves_choice: self.leaves_choice,
+            ..Path::assemble(robot, self.kinematics.clone(), knots, own)
+        }
+    }
+
+    /// Whether a pose leaves the arm a choice, as of seven joints: it moves them least then.
+    pub fn leaves_choice(&self) -> bool {
+        self.leaves_choice
     }
 
     /// The first target that is reached only beside the arm configuration that its program asks

@@ -19,7 +19,7 @@ pub use about::{about_operation, in_operation};
 pub use assess::{Paths, assess, crossings_under, detail, probabilities_under};
 pub use certainty::Certainty;
 pub use margin::closest_approach;
-pub use operation_notes::{Counted, FIRST_FREQUENCY_HZ, nothing_checked};
+pub use operation_notes::{Counted, FIRST_FREQUENCY_HZ, chosen_joints, nothing_checked};
 pub use probability::{ArmDraws, JobDraws, Probabilities};
 pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;

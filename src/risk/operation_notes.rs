@@ -26,6 +26,7 @@ pub(super) fn on_operation(
         .chain(sudden)
         .map(|(code, what)| about_operation(job, operation, code, what))
         .collect();
+    warnings.extend(chosen_joints(job, operation, path));
     if let Some(start) = path.found_start() {
         let what = format!(
             "the arm starts at {start}: nearer positions reach the first target and cannot run the \
@@ -60,6 +61,19 @@ pub(super) fn on_operation(
         warnings.push(in_operation(job, operation, Note::warning(Code::FeedLimit, place, what)));
     }
     warnings
+}
+
+/// A doubt where poses leave the arm a choice: frequencies depend on where the controller goes.
+pub fn chosen_joints(job: &Job, operation: &Operation, path: &Path) -> Option<Note> {
+    path.leaves_choice().then(|| {
+        let what = format!(
+            "a pose fixes six of the {} joints: the way on which they move least is checked, and \
+             the controller's may be another; give joint waypoints, or map the axes that the \
+             program states under external_axes",
+            path.robot().joints().len()
+        );
+        about_operation(job, operation, Code::RedundantArm, what)
+    })
 }
 
 /// Whether there is anything that a verdict could be about.

@@ -141,7 +141,7 @@ pub(super) fn probabilities(
     crossings: &[Crossing],
     is_open: impl Fn(usize) -> bool,
 ) -> Result<Probabilities, Note> {
-    let sites = sites(survey);
+    let sites = sites(survey, |s| all.first().map_or(0.0, |bands| bands.excitation_hz(s)));
     let bands_of = all.iter().flat_map(|bands| (0..draws.modes).map(move |r| (bands, r)));
     let pairs: Vec<(Pair, &LineBands)> = bands_of
         .map(|(bands, r)| (Pair::new(bands, r, &sites, is_open(r + 1)), bands))
@@ -178,12 +178,16 @@ pub(super) fn probabilities(
     })
 }
 
-/// Stations that are not closer than draws need them.
-fn sites(survey: &Survey) -> Vec<Site> {
+/// Stations that are not closer than draws need them, with those between which the speed changes.
+fn sites(survey: &Survey, excitation_hz: impl Fn(f64) -> f64) -> Vec<Site> {
     const MIN_APART: f64 = 1e-4;
+    const SAME_SPEED: f64 = 1e-4;
     let mut sites: Vec<Site> = Vec::new();
     for (i, station) in survey.stations().enumerate() {
-        let is_apart = sites.last().is_none_or(|last| station.s - last.s >= MIN_APART);
+        let is_apart = sites.last().is_none_or(|last| {
+            let [before, here] = [last.s, station.s].map(&excitation_hz);
+            station.s - last.s >= MIN_APART || (here - before).abs() > SAME_SPEED * before
+        });
         if is_apart || i + 1 == survey.len() {
             sites.push(Site {
                 s: station.s,

@@ -26,6 +26,7 @@ mod first;
 mod hard;
 mod identify;
 mod identify_records;
+mod left_open;
 mod lobes;
 mod many;
 mod map;

@@ -444,3 +444,57 @@ fn masses_of_an_arm_on_a_track_are_judged() {
     assert!(matches!(code, Code::InertiaExtent | Code::CadUnits), "{what}");
     assert!(what.contains("radius of gyration is 7.071 m"), "{what}");
 }
+
+/// A counterweight on a parallelogram swings with the arm; a finger that follows another does not.
+#[test]
+fn a_link_that_follows_a_joint_of_the_arm_is_doubted() {
+    let (yaml, urdf) = (original("robot.yaml"), original("irb1600.urdf"));
+    let with = |mass: &str, follows: &str| {
+        let link = format!(
+            "<link name=\"weight\"><inertial><mass value=\"{mass}\"/><inertia ixx=\"0.3\" ixy=\"0\" \
+             ixz=\"0\" iyy=\"0.3\" iyz=\"0\" izz=\"0.3\"/></inertial></link><link name=\"finger\"/>\
+             <joint name=\"finger\" type=\"revolute\"><parent link=\"link_1\"/><child link=\"finger\"/>\
+             <limit effort=\"0\" lower=\"-1\" upper=\"1\" velocity=\"1\"/></joint>\
+             <joint name=\"swing\" type=\"revolute\"><parent link=\"finger\"/><child link=\"weight\"/>\
+             <mimic joint=\"{follows}\"/><limit effort=\"0\" lower=\"-3\" upper=\"3\" velocity=\"1\"/>\
+             </joint></robot>"
+        );
+        urdf.replace("</robot>", &link)
+    };
+    let says = ["taken to stand at zero", "swing follows joint_2"];
+    assert_doubt(&yaml, &with("30", "joint_2"), Code::HeldJoint, "<robot", &says);
+    assert_eq!(warnings(&yaml, &with("30", "finger")).unwrap(), []);
+}
+
+#[test]
+fn gravity_in_millimetres_is_doubted() {
+    let urdf = original("irb1600.urdf");
+    let with = |g: &str| {
+        let gravity = format!("elasticity:\n  gravity: true\n  gravity_m_per_s2: [0, 0, -{g}]");
+        original("robot.yaml").replace("elasticity:", &gravity)
+    };
+    assert_doubt(&with("9810"), &urdf, Code::CadUnits, "gravity_m_per_s2", &["is it in mm/s²?"]);
+    assert_eq!(warnings(&with("9.81"), &urdf).unwrap(), []);
+}
+
+/// Readers of URDF pass over these: another robot than the one that is meant.
+#[test]
+fn what_readers_of_a_urdf_pass_over_is_refused() {
+    let (yaml, urdf) = (original("robot.yaml"), original("irb1600.urdf"));
+    let turned = |robot: &str| {
+        let joint = "<link name=\"hose\"/><joint name=\"hose\" type=\"fixed\"><parent link=\"link_1\"/>\
+                     <child link=\"hose\"/><origin quat_xyzw=\"0 0 1 0\"/></joint></robot>";
+        urdf.replace("</robot>", joint).replacen("<robot ", robot, 1)
+    };
+    assert_eq!(warnings(&yaml, &turned("<robot version=\"1.2\" ")).unwrap(), []);
+    for (urdf, says) in [
+        (turned("<robot "), "version=\"1.2\""),
+        (turned("<robot version=\"1.0\" "), "version=\"1.2\""),
+        (urdf.replace("</robot>", "<include filename=\"tool.urdf\"/></robot>"), "<include>"),
+        (urdf.replacen("<inertial>", "<inertial><com xyz=\"0 0 1\"/>", 1), "has <com>"),
+    ] {
+        let faults = warnings(&yaml, &urdf).unwrap_err();
+        assert!(faults.len() == 1 && faults[0].what.contains(says), "{says}: {faults:#?}");
+        assert!(faults[0].place.line.is_some(), "{faults:#?}");
+    }
+}

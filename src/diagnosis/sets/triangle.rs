@@ -22,7 +22,8 @@ impl Triangle {
     }
 
     /// Adds a column: its products with those that are there and with itself, what is added to the
-    /// latter, and its entry of b. `false`, and nothing changes, if A is not positive definite then.
+    /// latter, and its entry of b. `false`, and nothing changes, if A would not be positive
+    /// definite.
     pub(super) fn push(
         &mut self,
         column: usize,

@@ -27,7 +27,7 @@ fn apart(kg: f64, other_kg: f64) -> f64 {
     (kg - other_kg).abs() / kg.max(other_kg).max(f64::MIN_POSITIVE)
 }
 
-impl Reader<'_> {
+impl<'r> Reader<'r> {
     /// The robot as it runs a stretch, and what it carries. `None` where there are faults.
     pub(super) fn carrier(
         &mut self,
@@ -101,8 +101,51 @@ impl Reader<'_> {
         }
     }
 
-    /// Reports masses at the tip of which nobody says where they are.
-    pub(super) fn masses_without_place(&mut self) {
+    /// Doubts angles of frames beyond a whole turn.
+    pub(super) fn angles_in_degrees(&mut self) {
+        const TURN_RAD: f64 = std::f64::consts::TAU + 0.01;
+        for (key, frame) in [("tcp", &self.raw.tcp), ("work_object", &self.raw.work_object)] {
+            let Some(rpy) = frame.as_ref().and_then(|frame| frame.rpy_rad) else { continue };
+            if rpy.iter().any(|angle| angle.abs() > TURN_RAD) {
+                let line = self.tree.line_at(&[Step::Key(key)]);
+                let what = format!(
+                    "{key}: rpy_rad is [{}, {}, {}], more than a whole turn; is it in degrees?",
+                    rpy[0], rpy[1], rpy[2]
+                );
+                self.notes.warning(Code::CadUnits, Some(line), what);
+            }
+        }
+    }
+
+    /// Doubts what is carried farther out than spindles, grippers and workpieces reach.
+    pub(super) fn payloads_far_out(&mut self) {
+        /// Radius of gyration about the worst axis, and distance of the centre of mass, m.
+        const MOST_M: [f64; 2] = [1.0, 2.0];
+        for (owner, steps, payload) in self.payloads() {
+            let Some(raw::Payload::Body(body)) = payload else { continue };
+            let body = inertial(body);
+            let gyration_m = (body.inertia_kgm2.trace() / (2.0 * body.mass_kg)).sqrt();
+            let of = [
+                (gyration_m, MOST_M[0], "radius of gyration", "the inertia in kg·m²"),
+                (body.com_m.norm(), MOST_M[1], "centre of mass", "com_m in metres"),
+            ];
+            for (value_m, most_m, name, unit) in of {
+                if value_m.is_finite() && value_m > most_m {
+                    let line = self.tree.line_at(&steps);
+                    let what = format!(
+                        "{owner}payload: the {name} is {} m, where tools and workpieces have at \
+                         most {most_m} m; is {unit}?",
+                        rounded(value_m, 3)
+                    );
+                    self.notes.warning(Code::InertiaExtent, Some(line), what);
+                }
+            }
+        }
+    }
+
+    /// Payloads of the job and of its tools: how messages begin, where they stand, and what they
+    /// are.
+    fn payloads(&self) -> Vec<(String, Vec<Step<'r>>, Option<&'r raw::Payload>)> {
         let raw = self.raw;
         let of_job = [(String::new(), Vec::new(), raw.payload.as_ref())].into_iter();
         let of_tool = raw
@@ -113,12 +156,21 @@ impl Reader<'_> {
             let steps = vec![Step::Key("tools"), Step::Key(key)];
             (format!("tools.{key}."), steps, tool.payload.as_ref())
         });
-        for (owner, steps, payload) in of_job.chain(of_tool).chain(of_tools) {
+        let all = of_job.chain(of_tool).chain(of_tools);
+        let placed = |(owner, steps, payload): (String, Vec<Step<'r>>, _)| {
+            (owner, [steps, vec![Step::Key("payload")]].concat(), payload)
+        };
+        all.map(placed).collect()
+    }
+
+    /// Reports masses at the tip of which nobody says where they are.
+    pub(super) fn masses_without_place(&mut self) {
+        for (owner, steps, payload) in self.payloads() {
             let Some(raw::Payload::Body(body)) = payload else { continue };
             if body.com_m.is_some() || body.mass_kg.is_none_or(|mass_kg| mass_kg == 0.0) {
                 continue;
             }
-            let line = self.tree.line_at(&[steps, vec![Step::Key("payload")]].concat());
+            let line = self.tree.line_at(&steps);
             let what = format!(
                 "{owner}payload has no com_m, so its centre of mass is taken at the origin of the \
                  tip frame"

@@ -76,6 +76,7 @@ pub(super) fn audit(text: &str, notes: &mut Notes) -> Option<Audit> {
             .collect(),
         plain: String::new(),
         damaged: false,
+        knows_quaternions: false,
     };
     let root = document.root_element();
     let xacro = root
@@ -93,6 +94,7 @@ pub(super) fn audit(text: &str, notes: &mut Notes) -> Option<Audit> {
     auditor.plain.push_str("<robot name=\"robot\"");
     if let Some(version) = root.attribute("version") {
         auditor.attribute("version", version);
+        auditor.knows_quaternions = !matches!(version.trim(), "1.0" | "1.1" | "1");
     }
     auditor.plain.push('>');
     let (mut links, mut joints) = (Vec::new(), Vec::new());
@@ -100,6 +102,10 @@ pub(super) fn audit(text: &str, notes: &mut Notes) -> Option<Audit> {
         match node.tag_name().name() {
             "link" => links.extend(auditor.link(&node)),
             "joint" => joints.extend(auditor.joint(&node)),
+            "include" => {
+                let what = "<include> is not followed; expand the file first";
+                auditor.notes.error(Code::UnknownKey, auditor.line(&node), what);
+            }
             // Materials, transmissions, simulator settings: no concern of ours.
             _ => {}
         }
@@ -267,6 +273,8 @@ struct Auditor<'f> {
     line_starts: Vec<usize>,
     plain: String,
     damaged: bool,
+    /// Whether readers of this version of URDF know quat_xyzw.
+    knows_quaternions: bool,
 }
 
 impl Auditor<'_> {
@@ -406,6 +414,13 @@ impl Auditor<'_> {
         self.attributes(owner, &origin, &["xyz", "rpy", "quat_xyzw"]);
         self.plain.push_str("<origin");
         self.numbers(owner, &origin, "xyz", 3, "0 0 0");
+        if origin.has_attribute("quat_xyzw") && !self.knows_quaternions {
+            let what = format!(
+                "{owner}: <origin> has quat_xyzw, which readers of URDF ignore unless <robot> has \
+                 version=\"1.2\""
+            );
+            self.notes.error(Code::Value, line, what);
+        }
         if origin.has_attribute("rpy") && origin.has_attribute("quat_xyzw") {
             self.conflict(
                 line,
@@ -462,6 +477,13 @@ impl Auditor<'_> {
         const MOMENTS: [(&str, &str); 6] =
             [("ixx", "1"), ("ixy", "0"), ("ixz", "0"), ("iyy", "1"), ("iyz", "0"), ("izz", "1")];
         self.children(owner, node, &["origin", "mass", "inertia"]);
+        for com in node.children().filter(|child| child.tag_name().name() == "com") {
+            let what = format!(
+                "{owner}: <inertial> has <com>; the centre of mass stands in <origin xyz=\"…\">"
+            );
+            let line = self.line(&com);
+            self.notes.error(Code::UnknownKey, line, what);
+        }
         self.plain.push_str("<inertial>");
         if let Some(line) = self.origin(owner, node) {
             lines.parts.push(("com", line));

@@ -312,7 +312,8 @@ fn inertial_faults(inertial: &Inertial) -> Vec<(&'static str, String)> {
 }
 
 /// Whether principal moments are surely positive and fulfil the triangle inequality: the second
-/// moments of the mass, ½ tr(I)·1 − I, are positive definite (Traversaro et al., IROS 2016, eq. 11).
+/// moments of the mass, ½ tr(I)·1 − I, are positive definite (Traversaro et al., IROS 2016, eq.
+/// 11).
 fn is_of_a_body(inertia: &Matrix3<f64>) -> bool {
     let moments = Matrix3::from_diagonal_element(0.5 * inertia.trace()) - inertia;
     moments.cholesky().is_some()
