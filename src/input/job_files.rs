@@ -1,6 +1,6 @@
 //! The job files that arguments mean: files, folders, and patterns that no shell has expanded.
 
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 use std::path::{Path, PathBuf};
 
 use super::files::MAX_FILE_BYTES;
@@ -15,9 +15,10 @@ const OF_A_JOB: [&str; 3] = ["operations", "spindle", "robot:"];
 const MAX_DEPTH: usize = 64;
 
 /// The files that `arguments` mean, in their order: a file stands for itself, whether or not it is
-/// there; a folder for the jobs in it and below it; a pattern of `*`, `?`, `[…]` and `**` for all
-/// that it fits. Files that are no job (robots, sessions, what other programs read) are left out,
-/// hidden ones too. What folders and patterns name twice comes once.
+/// there; a folder for the jobs in it and below it, also in folders that links there lead to; a
+/// pattern of `*`, `?`, `[…]` and `**` for all that it fits. Files that are no job (robots,
+/// sessions, what other programs read) are left out, hidden ones too. What folders and patterns
+/// name twice comes once.
 ///
 /// # Errors
 /// Folders and patterns that hold no job or that cannot be read.
@@ -74,42 +75,62 @@ fn fitting(pattern: &str) -> Result<Vec<PathBuf>, Note> {
     if files.is_empty() { Err(fault("no such job file".to_owned())) } else { Ok(files) }
 }
 
-/// The jobs in a folder and below it, by name, those of the folder itself first.
+/// The jobs in a folder and below it, by name, those of the folder itself first; then those in
+/// the folders that links lead to.
 fn below(folder: &Path) -> Result<Vec<PathBuf>, Note> {
-    let mut files = Vec::new();
-    walk(folder, MAX_DEPTH, &mut files)?;
-    if files.is_empty() {
+    let mut search = Search::default();
+    search.walk(folder, MAX_DEPTH)?;
+    while let Some((link, depth)) = search.links.pop_front() {
+        search.walk(&link, depth)?;
+    }
+    if search.files.is_empty() {
         let what = "is a folder without job files (.yaml or .yml)";
         return Err(Note::error(Code::Unreadable, Place::file(folder), what));
     }
-    Ok(files)
+    Ok(search.files)
 }
 
-fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> Result<(), Note> {
-    let of_folder = |error: std::io::Error| unreadable(folder, &error);
-    let mut entries = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(of_folder)? {
-        let entry = entry.map_err(of_folder)?;
-        // A link to a folder may lead back to this one.
-        let is_folder = entry.file_type().map_err(of_folder)?.is_dir();
-        let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
-        if !is_hidden {
-            entries.push((is_folder, entry.path()));
+#[derive(Debug, Default)]
+struct Search {
+    files: Vec<PathBuf>,
+    /// Links to folders, and how many folders may lie below each.
+    links: VecDeque<(PathBuf, usize)>,
+    /// Folders without links in their paths: a link may lead back to one.
+    seen: HashSet<PathBuf>,
+}
+
+impl Search {
+    fn walk(&mut self, folder: &Path, depth: usize) -> Result<(), Note> {
+        let of_folder = |error: std::io::Error| unreadable(folder, &error);
+        if !self.seen.insert(folder.canonicalize().map_err(of_folder)?) {
+            return Ok(());
         }
+        let mut entries = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(of_folder)? {
+            let entry = entry.map_err(of_folder)?;
+            let kind = entry.file_type().map_err(of_folder)?;
+            let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
+            if !is_hidden {
+                let (path, is_link) = (entry.path(), kind.is_symlink());
+                let is_folder = kind.is_dir() || is_link && path.is_dir();
+                entries.push((is_folder, path, is_link));
+            }
+        }
+        entries.sort();
+        for (is_folder, path, is_link) in entries {
+            if is_folder && depth == 0 {
+                let what = "lies too deep below the folder that was named";
+                return Err(Note::error(Code::TooLong, Place::file(&path), what));
+            }
+            match (is_folder, is_link) {
+                (true, false) => self.walk(&path, depth - 1)?,
+                (true, true) => self.links.push_back((path, depth - 1)),
+                _ if is_job(&path) => self.files.push(path),
+                _ => {}
+            }
+        }
+        Ok(())
     }
-    entries.sort();
-    for (is_folder, path) in entries {
-        if is_folder && depth == 0 {
-            let what = "lies too deep below the folder that was named";
-            return Err(Note::error(Code::TooLong, Place::file(&path), what));
-        }
-        if is_folder {
-            walk(&path, depth - 1, files)?;
-        } else if is_job(&path) {
-            files.push(path);
-        }
-    }
-    Ok(())
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> Note {

@@ -78,6 +78,33 @@ fn folders_and_patterns_are_jobs_without_a_shell() {
     assert_eq!(code(&check(&["jobs"])), 2);
 }
 
+/// A link's folder counts once, also where links lead back, or two to one folder.
+#[cfg(unix)]
+#[test]
+fn a_folder_that_a_link_leads_to_is_not_passed_over() {
+    use std::os::unix::fs::symlink;
+    let bench = Bench::new();
+    bench.add("jobs/a.yaml", 1200.0, "");
+    bench.add("jobs/z/c.yaml", 1200.0, "");
+    bench.add("shared/deep/b.yaml", 780.0, "");
+    let jobs = bench.path().join("jobs");
+    symlink("../shared", jobs.join("shared")).unwrap();
+    symlink("shared", jobs.join("twice")).unwrap();
+    symlink("z", jobs.join("before")).unwrap();
+    symlink("..", jobs.join("z/up")).unwrap();
+    symlink("self", jobs.join("self")).unwrap();
+    symlink("../jobs", bench.path().join("shared/back")).unwrap();
+    let output = bench.run(&["check", "jobs", "--format", "json", "--samples", "none"]);
+    assert_eq!(code(&output), 1, "{}", err(&output));
+    let files = ["jobs/a.yaml", "jobs/z/c.yaml", "jobs/shared/deep/b.yaml"];
+    assert_eq!(files_of(&json(&output)), files);
+    // A folder may hold nothing but a link.
+    fs::create_dir(bench.path().join("linked")).unwrap();
+    symlink("../shared/deep", bench.path().join("linked/here")).unwrap();
+    let output = bench.run(&["check", "linked", "--format", "json", "--samples", "none"]);
+    assert_eq!(files_of(&json(&output)), ["linked/here/b.yaml"], "{}", err(&output));
+}
+
 #[test]
 fn five_hundred_jobs_are_a_page_and_a_few_megabytes() {
     let bench = Bench::new();

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix3};
 
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr};
-use super::value::{Value, orientation};
+use super::value::{Value, load_of_new_tool, orientation};
 use crate::motion::Load;
 use crate::notes::Code;
 use crate::units::m_from_mm;
@@ -32,7 +32,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// The load of `\TLoad`, which counts for all, else the tool's own with what the gripper holds.
-    /// `tool0` and a load without mass say nothing.
+    /// `tool0`, a load without mass and the load of a new tool say nothing.
     fn carried(
         &mut self,
         line: usize,
@@ -51,7 +51,19 @@ impl<'a> Interpreter<'a> {
         let own = match self.eval(tool) {
             Value::List(parts) => {
                 let own = parts.get(2).ok_or("tool: expected a load, found fewer values")?;
-                self.load(line, tool, own).map_err(|why| format!("tool: {why}"))?
+                let load = self.load(line, tool, own).map_err(|why| format!("tool: {why}"))?;
+                match load {
+                    Some(load) if *own == load_of_new_tool() => {
+                        let what = format!(
+                            "tooldata {}: 1 kg at [0, 0, 1] mm is RobotStudio's placeholder, which \
+                             counts as no load",
+                            load.name
+                        );
+                        self.log.warning(Code::Assumed, load.line, what);
+                        None
+                    }
+                    load => load,
+                }
             }
             _ => None,
         };

@@ -5,7 +5,9 @@ use std::collections::HashSet;
 
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, File, Name, Path, What};
+use super::value::Value;
 use super::walk::{names_in, statements_in};
+use crate::notes::Code;
 use crate::program::cell::{Given, all, set, set_by_name};
 use crate::program::{SetBy, Setter, Settings};
 
@@ -49,14 +51,28 @@ impl<'a> Interpreter<'a> {
         let settings = self.settings;
         let mut done = false;
         for (sets, by) in all(settings) {
-            if let Some(value) = value_set(by, name, args) {
-                let span = self.literal(value);
-                let value = self.eval(value).num();
-                set(self.log, line, sets, value, span, by.per_unit);
-                done = true;
+            let Some(value) = value_set(by, name, args) else { continue };
+            done = true;
+            if let (Setter::Signal(signal), true) = (&by.what, self.is_late(args)) {
+                let what = format!(
+                    "'{signal}' is set with \\SDelay, later than its instruction: the run decides on \
+                     which move, and the value is not read"
+                );
+                self.log.sets(line);
+                self.log.warning(Code::SpindleCommand, line, what);
+                continue;
             }
+            let span = self.literal(value);
+            let value = self.eval(value).num();
+            set(self.log, line, sets, value, span, by.per_unit);
         }
         done
+    }
+
+    /// Whether an output gets its value after a delay that is not known to be zero.
+    fn is_late(&mut self, args: &'a Args) -> bool {
+        let mut options = self.options(args).into_iter();
+        options.any(|(name, delay_s)| name == "sdelay" && delay_s != Value::Num(0.0))
     }
 
     /// Whether an assignment sets something; then it is done.

@@ -34,7 +34,12 @@ impl<'a> Timed<'a> {
     }
 
     fn add(&mut self, key: &str, args: &'a Args) {
-        let has = |name: &str| args.optional.iter().any(|(own, _)| own == name);
+        let is_late = || {
+            args.optional.iter().any(|(name, delay)| {
+                let is_zero = matches!(delay, Optional::Value(Expr::Number(s, _)) if *s == 0.0);
+                name == "sdelay" && !is_zero
+            })
+        };
         let is_moving = ["movel", "movej", "movec"].iter().any(|start| key.starts_with(start));
         // Of these the data or the procedure say what they set.
         if key.ends_with("ios") || key == "triggspeed" || is_moving && key.ends_with("sync") {
@@ -43,7 +48,7 @@ impl<'a> Timed<'a> {
         let at = match key {
             "pulsedo" => Some(0),
             "triggrampao" => Some(3),
-            _ if SETS.contains(&key) => has("sdelay").then_some(0),
+            _ if SETS.contains(&key) => is_late().then_some(0),
             // Before its value, the last argument.
             _ if is_moving && ["do", "go", "ao"].iter().any(|end| key.ends_with(end)) => {
                 args.positional.len().checked_sub(2)

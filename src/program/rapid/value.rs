@@ -158,8 +158,17 @@ impl Value {
 
 /// No load, as the controller declares it.
 pub(super) fn load0() -> Value {
+    point_load(0.001, 0.001)
+}
+
+/// The load that RobotStudio gives to a new tool.
+pub(super) fn load_of_new_tool() -> Value {
+    point_load(1.0, 1.0)
+}
+
+fn point_load(mass_kg: f64, z_mm: f64) -> Value {
     let [mass, centre, axes] =
-        [Value::Num(0.001), Value::nums(&[0.0, 0.0, 0.001]), Value::nums(&[1.0, 0.0, 0.0, 0.0])];
+        [Value::Num(mass_kg), Value::nums(&[0.0, 0.0, z_mm]), Value::nums(&[1.0, 0.0, 0.0, 0.0])];
     Value::List(vec![mass, centre, axes, Value::Num(0.0), Value::Num(0.0), Value::Num(0.0)])
 }
 

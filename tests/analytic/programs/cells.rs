@@ -410,3 +410,68 @@ fn what_is_refused_says_why() {
     assert!(found.iter().all(|note| !note.what.contains("returns nothing")), "{found:?}");
     abb_refused("RAISE 10;", "", "outside an error handler");
 }
+
+/// With `\SDelay` an output keeps its old value for a while, so that the moves behind it may run at either.
+#[test]
+fn outputs_that_are_set_after_a_delay_are_doubts() {
+    let by = SetBy { what: Setter::Signal("goS".to_owned()), per_unit: 1.0 };
+    let job = Settings { spindle_from: Some(by), ..settings() };
+    let go = "MoveL p2,v100,fine,t1;";
+    let (old, new) = (Spindle::Turns(Some(3000.0)), Spindle::Turns(Some(9000.0)));
+    let doubt = vec![(Code::SpindleCommand, 10)];
+    let called = "PROC later(\\num t,num k)\nSetGO \\SDelay?t,goS,k;\nENDPROC";
+    for (set, spindle, expected) in [
+        ("SetGO goS,9000;", vec![old, new], vec![]),
+        ("SetGO \\SDelay:=8,goS,9000;", vec![old], doubt.clone()),
+        ("SetGO\\SDelay:=tWait,goS,9000;", vec![old], doubt.clone()),
+        ("SetGO \\SDelay:=0,goS,9000;", vec![old, new], vec![]),
+        ("SetGO \\SDelay:=n,goS,9000;", vec![old, new], vec![]),
+        // Beside one that is read, on its line.
+        ("SetGO goS,9000; SetGO \\SDelay:=8,goS,3000;", vec![old, new], doubt.clone()),
+        ("later 9000;", vec![old, new], vec![]),
+        ("later\\t:=8,9000;", vec![old], vec![(Code::SpindleCommand, 14)]),
+        ("SetGO \\SDelay:=8,goElse,9000;", vec![old], vec![]),
+    ] {
+        let more = if set.starts_with("later") { called } else { "" };
+        let program = abb(&format!("SetGO goS,3000;\n{set}\n{go}"), more, &job);
+        let found: Vec<_> = program.spindle.iter().map(|it| it.spindle).collect();
+        assert_eq!((found, doubts(&program)), (spindle, expected), "{set}: {:?}", program.warnings);
+    }
+    let by = SetBy { what: Setter::Signal("goT".to_owned()), per_unit: 1.0 };
+    let job = Settings { tool_from: Some(by), ..settings() };
+    let program = abb(&format!("SetGO \\SDelay:=8,goT,2;\n{go}"), "", &job);
+    assert_eq!(doubts(&program), [(Code::SpindleCommand, 9)]);
+    // Of what decides about moves: set at once where the delay is zero.
+    let decide = |set: &str| format!("{set}\nIF DOutput(do1)=1 MoveL p2,v100,fine,t1;");
+    let at_once = abb(&decide("SetDO \\SDelay:=0,do1,1;"), "", &settings());
+    assert_eq!(at_once.moves.len(), 2);
+    abb_refused(&decide("SetDO \\SDelay:=1,do1,1;"), "", "decides about motion");
+}
+
+/// A new tool of RobotStudio has 1 kg at 1 mm: nobody has stated what it weighs.
+#[test]
+fn the_load_of_a_new_tool_counts_as_none() {
+    let of_new = "[1,[0,0,1],[1,0,0,0],0,0,0]";
+    assert!(DATA.contains(of_new));
+    let go = "MoveL p2,v100,fine,t1;";
+    let mass = |load: &str, body: &str| {
+        let text = module(&format!("{body}{go}"), "").replace(of_new, load);
+        let program = of(&text, Dialect::Rapid, &settings());
+        let load = program.moves[1].stated.load.as_ref().map(|load| load.mass_kg);
+        let told = program.warnings.iter().filter(|note| note.code == Code::Assumed);
+        (load, told.map(at).collect::<Vec<_>>(), doubts(&program))
+    };
+    assert_eq!(mass(of_new, ""), (None, vec![5], vec![]));
+    assert_eq!(mass("[-1,[0,0,1],[1,0,0,0],0,0,0]", ""), (None, vec![], vec![]));
+    for stated in [
+        "[1,[0,0,2],[1,0,0,0],0,0,0]",
+        "[1,[0,0,1],[1,0,0,0],0.01,0,0]",
+        "[1,[0,0,1],[0,1,0,0],0,0,0]",
+    ] {
+        assert_eq!(mass(stated, ""), (Some(1.0), vec![], vec![]), "{stated}");
+    }
+    assert_eq!(mass("[1.1,[0,0,1],[1,0,0,0],0,0,0]", "").0, Some(1.1));
+    // A part that is gripped adds to a tool that nobody has weighed.
+    let (load, _, found) = mass(of_new, "GripLoad [2,[0,0,1],[1,0,0,0],0,0,0];\n");
+    assert_eq!((load, found.len()), (None, 1));
+}
