@@ -111,6 +111,24 @@ impl Unexplained {
         };
         self.near.iter().zip(&self.far).map(square).collect()
     }
+
+    /// How much of what was measured says nothing of a pose, 0 to 1, as joints that were varied
+    /// stand beyond where they were: laws of load and angle show only where they were tried.
+    pub fn beyond(&self, q: &[f64]) -> f64 {
+        /// Of a joint's measured range, on either side: poses beside those of a table.
+        const MARGIN: f64 = 0.15;
+        /// rad or m.
+        const REACH: f64 = 0.2;
+        let off = |(joint, &at): (usize, &f64)| {
+            let measured = || self.poses.iter().filter_map(|pose| pose.get(joint).copied());
+            let low = measured().fold(f64::INFINITY, f64::min);
+            let high = measured().fold(f64::NEG_INFINITY, f64::max);
+            let is_varied = high > low;
+            if is_varied { (low - at).max(at - high) - MARGIN * (high - low) } else { 0.0 }
+        };
+        let most = q.iter().enumerate().map(off).fold(0.0, f64::max);
+        1.0 - (-0.5 * (most / REACH).powi(2)).exp()
+    }
 }
 
 /// Largest difference of any joint, rad or m.

@@ -201,8 +201,11 @@ impl Belief {
         let worst = self.unexplained.as_ref().map_or(0.0, |d| {
             d.far.iter().chain(&d.near).fold(uncalibrated_std_ln(), |worst, d| worst.max(*d))
         });
+        // Beyond the measured range no calibration knows more than a model that nobody measured.
+        let beyond = self.unexplained.as_ref().map_or(0.0, |d| d.beyond(q));
+        let least = beyond.sqrt() * uncalibrated_std_ln();
         let left = |(r, known): (usize, f64)| {
-            let left = unexplained.get(r).copied().unwrap_or(worst);
+            let left = unexplained.get(r).copied().unwrap_or(worst).hypot(least);
             (self.least_std_ln.powi(2) - known).max(left * left).max(0.0).sqrt()
         };
         self.known_variances(sensitivities).into_iter().enumerate().map(left).collect()
