@@ -45,6 +45,8 @@ pub enum Timing {
 pub struct Stated {
     /// What the spindle does.
     pub spindle: Option<Spindle>,
+    /// Whether a spindle that turns does so the other way round: M4, or a negative speed.
+    pub is_reversed: bool,
     /// Number of the tool that is loaded.
     pub tool: Option<u32>,
     /// What the tip carries.

@@ -155,7 +155,8 @@ codes! {
     LimitUnchecked = "limit_unchecked": Doubt,
     /// A joint cannot keep the programmed feed.
     FeedLimit = "feed_limit": Remark,
-    /// A spindle schedule asks for more than the spindle's acceleration.
+    /// A spindle schedule asks for more than the spindle's acceleration, or a program cuts before
+    /// the spindle can have reached the speed that it changes to.
     SpindleAcceleration = "spindle_acceleration": Doubt,
     /// A spindle schedule cannot follow the objective that was asked for.
     ObjectiveNotFollowed = "objective_not_followed": Remark,

@@ -294,6 +294,13 @@ impl<'a> Path<'a> {
         bounds.unwrap_or_else(|| (self.line_at(from_s), self.line_at(from_s)))
     }
 
+    /// Each move that takes time, in the order in which they run: its index, and s at its start and
+    /// end.
+    pub fn moves_run(&self) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
+        let own = self.segments.iter().filter(|segment| segment.end_s > segment.start_s);
+        own.map(|segment| (segment.index, [segment.start_s, segment.end_s]))
+    }
+
     /// Whether the spindle turns anywhere on the path.
     pub fn spindle_turns(&self) -> bool {
         self.segments.iter().any(|segment| segment.spindle_turns)

@@ -205,12 +205,14 @@ pub(super) fn set(
             if let (true, Ok(value)) = (rpm > 0.0, value) {
                 log.states(line, span, States::Spindle { value, rpm_per_unit: per_unit });
             }
+            log.reverse(false);
             log.spindle(line, Spindle::at(Some(rpm)));
         }
         // It turns the other way round. A sign may stand outside of the span, so that the number is
         // not one to be replaced.
         (Sets::Spindle, Ok(rpm)) => {
             log.states(line, None, States::Spindle { value: -rpm, rpm_per_unit: 1.0 });
+            log.reverse(true);
             log.spindle(line, Spindle::at(Some(-rpm)));
         }
         (Sets::Spindle, Err(why)) => {

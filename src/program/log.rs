@@ -416,6 +416,13 @@ impl Log {
         self.spindle.push(SpindleCommand { line, spindle, from_move: self.moves.len() });
     }
 
+    /// Which way round the spindle turns from here on.
+    pub(super) fn reverse(&mut self, is_reversed: bool) {
+        if self.stated.is_reversed != is_reversed {
+            Arc::make_mut(&mut self.stated).is_reversed = is_reversed;
+        }
+    }
+
     pub(super) fn finish(mut self, dialect: Dialect) -> Result<Program, Vec<Note>> {
         if self.notes.errors() == 0 && self.moves.is_empty() {
             let unread = self.notes.list().iter().find(|note| note.code == Code::MotionLeftOut);

@@ -11,6 +11,7 @@ use super::margin::closest_approach;
 use super::operation_notes::{implausible_frequency, on_operation};
 use super::probability::{ArmDraws, JobDraws, Probabilities, driver, probabilities};
 use super::rules::Rules;
+use super::speed_change::SpindleRun;
 use super::spindle_profile::SpindleProfile;
 use super::tool_tip;
 use super::verdict::{
@@ -35,9 +36,10 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
     let mut operations: Vec<OperationRisk> = Vec::new();
     let mut draws = JobDraws::default();
     let mut rings = Vec::new();
-    let mut paths = Paths::of(job);
+    let (mut paths, mut spindle) = (Paths::of(job), SpindleRun::default());
     for operation in &job.operations {
-        match assess_operation(job, operation, (&mut paths, &mut draws), progress) {
+        let along = (&mut paths, &mut draws, &mut spindle);
+        match assess_operation(job, operation, along, progress) {
             Ok((risk, of_operation, of_draws)) => {
                 operations.push(risk);
                 all.extend(of_operation);
@@ -77,13 +79,14 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
 fn assess_operation<'j>(
     job: &Job,
     operation: &'j Operation,
-    (paths, draws): (&mut Paths<'j>, &mut JobDraws),
+    (paths, draws, spindle): (&mut Paths<'j>, &mut JobDraws, &mut SpindleRun<'j>),
     progress: Progress,
 ) -> Result<(OperationRisk, Vec<Note>, Vec<bool>), Vec<Note>> {
     let path = paths.plan(operation)?;
     let (risk, rings, of_cut) = survey_operation(job, operation, &path, draws, progress)
         .map_err(|note| vec![in_operation(job, operation, note)])?;
     let mut notes = on_operation(job, operation, &path, &risk);
+    notes.extend(spindle.cuts_too_early(job, operation, &path));
     notes.extend(of_cut);
     Ok((risk, notes, rings))
 }

@@ -10,6 +10,7 @@ mod margin;
 mod operation_notes;
 mod probability;
 mod rules;
+mod speed_change;
 mod spindle_profile;
 mod tool_tip;
 mod verdict;

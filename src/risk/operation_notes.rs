@@ -123,13 +123,16 @@ pub fn nothing_checked(job: &Job, counted: &Counted) -> Option<String> {
 
 /// The steepest piece of a schedule that asks more of the spindle than it can.
 fn too_sudden(job: &Job, operation: &Operation, path: &Path) -> Option<String> {
+    /// A schedule at the limit is not beyond it: rounding.
+    const ROUNDING: f64 = 1e-9;
     let most = job.spindle.max_acceleration_rpm_per_s?;
     let SpindleSpeed::Schedule(points) = &operation.speed else { return None };
     let pieces = points.windows(2).enumerate().map(|(index, pair)| {
         let seconds = (pair[1].0 - pair[0].0) * path.duration_s();
         (index, pair, (pair[1].1 - pair[0].1).abs() / seconds)
     });
-    let beyond = pieces.filter(|&(_, pair, rate)| pair[0].1 != pair[1].1 && rate > most);
+    let limit = most * (1.0 + ROUNDING);
+    let beyond = pieces.filter(|&(_, pair, rate)| pair[0].1 != pair[1].1 && rate > limit);
     let (index, pair, rate) = beyond.max_by(|a, b| a.2.total_cmp(&b.2))?;
     let ([(_, from), (_, to)], next) = ([pair[0], pair[1]], index + 1);
     let asked = if rate.is_finite() { format!("{rate:.1} rpm/s") } else { "a jump".to_owned() };

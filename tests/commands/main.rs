@@ -45,5 +45,6 @@ mod report;
 mod report_odd;
 mod schemas;
 mod settings;
+mod speed_change;
 mod tool_tip;
 mod uncertainty;

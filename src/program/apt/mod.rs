@@ -474,7 +474,10 @@ impl<'a> Reader<'a> {
     /// `AUXFUN/3`: an M code.
     fn auxiliary(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         match minor.iter().find_map(number).map(|(code, _)| code) {
-            Some(3.0 | 4.0 | 13.0 | 14.0) => self.cutter.turn_spindle(line, true),
+            Some(code @ (3.0 | 4.0 | 13.0 | 14.0)) => {
+                self.cutter.log.reverse(code == 4.0 || code == 14.0);
+                self.cutter.turn_spindle(line, true);
+            }
             Some(5.0) => self.cutter.turn_spindle(line, false),
             Some(0.0..=9.0) => {}
             _ => {

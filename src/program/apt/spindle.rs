@@ -35,8 +35,10 @@ impl Reader<'_> {
                 }
                 "OFF" | "LOCK" | "ORIENT" | "STOP" => stops = true,
                 "SFM" | "SMM" | "SURF" | "CSS" => by_surface = true,
-                "RPM" | "ON" | "CLW" | "CCLW" | "CW" | "CCW" | "BOTH" | "AUTO" | "NOX" | "LOW"
-                | "MEDIUM" | "HIGH" | "NEUTRL" | "MAIN" | "" => {}
+                "CLW" | "CW" => self.cutter.log.reverse(false),
+                "CCLW" | "CCW" => self.cutter.log.reverse(true),
+                "RPM" | "ON" | "BOTH" | "AUTO" | "NOX" | "LOW" | "MEDIUM" | "HIGH" | "NEUTRL"
+                | "MAIN" | "" => {}
                 other => return Err(format!("'{other}' is not understood")),
             }
         }

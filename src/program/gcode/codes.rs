@@ -277,6 +277,7 @@ fn spindle_and_tool(
                     let what = "M3/M4 without S: the speed is not known yet";
                     machine.cutter.log.warning(Code::LeftOut, line, what);
                 }
+                machine.cutter.log.reverse(matches!(code, 40 | 140));
                 machine.cutter.turn_spindle(line, true);
             }
             // Behind the block's motion, see `run_checked`.

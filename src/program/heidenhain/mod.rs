@@ -486,6 +486,7 @@ impl<'a, 't> Reader<'a, 't> {
         for code in block.all("M") {
             match code {
                 _ if code == 3.0 || code == 4.0 || code == 13.0 || code == 14.0 => {
+                    self.cutter.log.reverse(code == 4.0 || code == 14.0);
                     self.cutter.turn_spindle(line, true);
                 }
                 _ if code == 5.0 && !moves => self.cutter.turn_spindle(line, false),
