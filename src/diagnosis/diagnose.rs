@@ -7,7 +7,7 @@ use super::candidate::Candidate;
 use super::causes::candidates;
 use super::choose::Choice;
 use super::damping::damping;
-use super::data::{Data, MIN_POINTS, MIN_STATES};
+use super::data::{Data, MIN_POINTS, MIN_STATES, Point};
 use super::findings::{corrections, findings, next, only, ranking, widened};
 use super::fit::Fit;
 use super::gain::{HeldOut, gain_interval, held_out, surely_gaining};
@@ -160,6 +160,7 @@ pub fn diagnose(
             (verdict == Verdict::Unexplained)
                 .then(|| stands_alone(&data, &choice.baseline, judged.wrong_row?))
                 .flatten(),
+            names_causes.then(|| far_off(&data, &chosen)).flatten(),
             out_of_rank(&data, &chosen),
             few_states(&data),
         ]
@@ -262,6 +263,44 @@ fn stands_alone(data: &Data, baseline: &Fit<'_>, row: usize) -> Option<Note> {
         (point.ln_f - residual).exp()
     );
     Some(Note::warning(Code::Outlier, Place::default(), what))
+}
+
+/// Frequencies that causes leave far beyond the scatter of the others: slips, which widen what the
+/// calibration says of their modes.
+fn far_off(data: &Data, chosen: &Fit<'_>) -> Option<Note> {
+    /// Times the scatter, and share of the frequency.
+    const MOST: [f64; 2] = [12.0, 0.02];
+    const SHOWN: usize = 5;
+    let scale = chosen.evaluation.noise.scale;
+    let points = data.points.iter().zip(&chosen.evaluation.residuals);
+    let all = points.filter_map(|(point, residual)| {
+        let (r, std) = ((*residual)?, (scale * point.unit).hypot(point.rounding.sqrt()));
+        (r.abs() > (MOST[0] * std).max(MOST[1])).then_some((point, r))
+    });
+    let mut all: Vec<_> = all.collect();
+    all.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let of = |(point, residual): &(&Point, f64)| {
+        format!(
+            "row {}, f{}: {:.2} Hz, with the causes {:.2} Hz",
+            data.rows[point.row].index + 1,
+            point.column + 1,
+            point.ln_f.exp(),
+            (point.ln_f - residual).exp()
+        )
+    };
+    let mut shown: Vec<String> = all.iter().take(SHOWN).map(of).collect();
+    if all.len() > SHOWN {
+        shown.push(format!("and {} more", all.len() - SHOWN));
+    }
+    (!all.is_empty()).then(|| {
+        let what = format!(
+            "off by more than {:.0} times the scatter of the others: {}; check what is written \
+             there, and measure it again: the intervals of these modes are wider for it",
+            MOST[0],
+            shown.join("; ")
+        );
+        Note::warning(Code::Outlier, Place::default(), what)
+    })
 }
 
 fn out_of_rank(data: &Data, chosen: &Fit<'_>) -> Option<Note> {

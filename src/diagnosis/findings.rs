@@ -2,6 +2,7 @@
 
 use super::candidate::{Candidate, Parameter, Scale};
 use super::causes::cause_text;
+use super::centred::centred;
 use super::choose::Choice;
 use super::data::Data;
 use super::fit::Fit;
@@ -12,8 +13,7 @@ use super::next_poses::{mass_between, part, poses_between};
 use super::outcome::{Estimate, Evidence, Finding, NextPose, NextTest, Suspect, label};
 use super::problem::Problem;
 use super::statistics::rms;
-use crate::model::{Cause, Correction, REFERENCE_TEMPERATURE_C, Robot};
-use crate::statistics::median;
+use crate::model::{Correction, Robot};
 use crate::units::percent_from_ratio;
 
 /// Alternatives that are reported with a finding.
@@ -138,32 +138,6 @@ pub(super) fn corrections(data: &Data, fit: &Fit<'_>) -> Vec<Correction> {
         ascending(correction);
     }
     corrections
-}
-
-/// A law that passes through the file's constant at no excitation, or at 20 °C, as one about the
-/// table's median: a pose that states no level or temperature is like those of the table.
-fn centred(correction: &mut Correction, data: &Data) {
-    let conditions = data.rows.iter().map(|row| row.conditions);
-    let (change, reference, at, typical) = match correction.cause {
-        Cause::AmplitudeDependence => {
-            let levels = conditions.filter_map(|c| c.amplitude_nm).collect();
-            ("change_per_nm", "reference_nm", 0.0, median(levels))
-        }
-        Cause::TemperatureDrift => {
-            let temperatures = conditions.filter_map(|c| c.temperature_c).collect();
-            ("change_per_k", "reference_c", REFERENCE_TEMPERATURE_C, median(temperatures))
-        }
-        // No other law depends on conditions ([`Cause::changes`]).
-        _ => return,
-    };
-    let (Some(change), Some(typical)) = (correction.value(change), typical) else { return };
-    if correction.value(reference).is_some() {
-        return;
-    }
-    let factor = correction.value("factor").unwrap_or(1.0) + change * (typical - at);
-    correction.parameters.retain(|(name, _)| name != "factor");
-    correction.parameters.push(("factor".to_owned(), factor));
-    correction.parameters.push((reference.to_owned(), typical));
 }
 
 /// The three slopes of a gear with their torques in ascending order: the same law, as the slope
@@ -343,7 +317,7 @@ pub(super) fn next(
 mod tests {
     use super::super::fit::tests::arm;
     use super::*;
-    use crate::model::Robot;
+    use crate::model::{Cause, Robot};
     use crate::modes::Modes;
 
     /// A fit may end with the torques in either order; a file with the second below the first is

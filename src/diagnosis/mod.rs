@@ -9,6 +9,7 @@
 mod arm;
 mod candidate;
 mod causes;
+mod centred;
 mod choose;
 mod damping;
 mod data;

@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::candidate::{Candidate, Parameter as CauseParameter};
+use super::centred::centred;
 use super::data::{Data, Row};
 use super::fit::Fit;
 use super::likelihood::MIN_NOISE;
@@ -279,9 +280,10 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
 /// learned.
 fn as_written(
     problem: &Problem<'_>,
-    corrections: Vec<Correction>,
+    mut corrections: Vec<Correction>,
     posterior: &Posterior,
 ) -> Option<Fingerprint> {
+    corrections.iter_mut().for_each(|correction| centred(correction, problem.data));
     let mut description = with_posterior(problem.description, posterior.clone());
     description.corrections.extend(corrections);
     Fingerprint::of(&Robot::of(description)?, posterior.unexplained.poses.first()?)

@@ -135,3 +135,26 @@ impl Unexplained {
 pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |most, (a, b)| most.max((a - b).abs()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: a joint that was varied by 1 rad counts from 0.15 rad beyond, 1 − e^(−½) at 0.2 rad
+    /// more; one that stood still does not count.
+    #[test]
+    fn what_lies_beyond_the_measured_range_is_counted() {
+        let poses = vec![vec![0.0, 5.0], vec![0.4, 5.0], vec![1.0, 5.0]];
+        let own = Unexplained { poses, ..Unexplained::default() };
+        for (q, expected) in [
+            ([0.5, 5.0], 0.0),
+            ([0.5, 9.0], 0.0),
+            ([-0.15, 5.0], 0.0),
+            ([1.35, 5.0], 0.393_469_340),
+            ([-0.35, 5.0], 0.393_469_340),
+            ([4.0, 5.0], 1.0),
+        ] {
+            assert!((own.beyond(&q) - expected).abs() < 1e-9, "{q:?} {}", own.beyond(&q));
+        }
+    }
+}

@@ -165,8 +165,8 @@ codes! {
     /// Nobody says where the tool ends, so it is taken at the robot's tip, and a line meets a mode
     /// that hardly moves that.
     TcpAssumed = "tcp_assumed": Remark,
-    /// One row of the table is off by far more than the others, and no other bears out what may
-    /// explain it.
+    /// Frequencies of the table that are off by far more than the others, and that nothing which
+    /// other poses bear out explains.
     Outlier = "outlier": Remark,
     /// The program declares a tool mass other than the job or the robot file.
     ToolMass = "tool_mass": Remark,

@@ -3,6 +3,8 @@
 use std::process::Output;
 use std::sync::OnceLock;
 
+use detune::input::{Reading, read_robot};
+use detune::notes::Code;
 use serde_json::Value;
 
 use crate::program::{self, code, err, out, repository};
@@ -71,9 +73,9 @@ fn the_papers_own_data() {
     let inertia = &measured["findings"][0]["parameters"][0]["ci95"];
     let [low, high] = [0, 1].map(|end| inertia[end].as_f64().unwrap());
     // Which other models the search meets moves with the last place of a root: 1502 to 2111 without fused
-    // multiplication.
+    // multiplication, 1501 to 2115 with sums in another order.
     let is_near = |end: f64, expected: f64| (end / expected - 1.0).abs() < 2e-3;
-    assert!(is_near(low, 1501.0) && is_near(high, 2115.0), "{low} {high}");
+    assert!(is_near(low, 1503.0) && is_near(high, 2110.0), "{low} {high}");
 }
 
 fn causes(found: &Value) -> Vec<&str> {
@@ -331,6 +333,92 @@ fn one_frequency_that_is_far_off_is_named() {
     assert_eq!(found["verdict"], "unexplained", "{found}");
     assert_eq!(found["suspect_rows"], serde_json::json!([]));
     assert_eq!(found["findings"], serde_json::json!([]));
+}
+
+/// A robot of the repository in a folder, with every spring by a factor.
+fn scaled(folder: &std::path::Path, of: &str, factor: f64) -> String {
+    let from = repository().join("robots/irb1600");
+    let to = folder.join(format!("{of}-{factor}"));
+    std::fs::create_dir(&to).unwrap();
+    std::fs::copy(from.join("irb1600.urdf"), to.join("irb1600.urdf")).unwrap();
+    let yaml = std::fs::read_to_string(from.join("robot.yaml")).unwrap();
+    let line = |line: &str| match line.split_once("stiffness_nm_per_rad: ") {
+        Some((key, rest)) if of == "all" || key.contains(of) => {
+            let (k, rest) = rest.split_at(rest.find([',', '}']).unwrap());
+            format!("{key}stiffness_nm_per_rad: {}{rest}\n", factor * k.parse::<f64>().unwrap())
+        }
+        _ => format!("{line}\n"),
+    };
+    std::fs::write(to.join("robot.yaml"), yaml.lines().map(line).collect::<String>()).unwrap();
+    to.join("robot.yaml").to_str().unwrap().to_owned()
+}
+
+fn mapped(robot: &str, count: &str, seed: &str, folder: &std::path::Path) -> String {
+    let table = folder.join("map.csv");
+    let table = table.to_str().unwrap();
+    let random = ["--random", count, "--seed", seed, "--output", table];
+    let ran = detune(&[&["map", robot][..], &random[..]].concat());
+    assert!(ran.status.success(), "{}", err(&ran));
+    std::fs::read_to_string(table).unwrap()
+}
+
+/// A soft joint is found, and the slip beside it is named.
+#[test]
+fn a_slip_beside_a_cause_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let soft = scaled(folder.path(), "joint_3", 0.75);
+    let text = mapped(&soft, "20", "3", folder.path());
+    let column = text.lines().next().unwrap().split(',').position(|name| name == "f2_hz").unwrap();
+    let with = |factor: f64| {
+        let line = |(at, line): (usize, &str)| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if at == 12 {
+                cells[column] = format!("{:.3}", factor * cells[column].parse::<f64>().unwrap());
+            }
+            cells.join(",") + "\n"
+        };
+        let path = folder.path().join("table.csv");
+        std::fs::write(&path, text.lines().enumerate().map(line).collect::<String>()).unwrap();
+        detune(&["diagnose", "robots/irb1600", path.to_str().unwrap()])
+    };
+    let (sound, slipped) = (with(1.0), with(1.15));
+    for ran in [&sound, &slipped] {
+        assert!(out(ran).contains("joint_stiffness at joint_3"), "{}", out(ran));
+    }
+    let names = |ran: &Output| {
+        let told =
+            format!("{}{}", out(ran), err(ran)).split_whitespace().collect::<Vec<_>>().join(" ");
+        told.contains("row 12, f2:") && told.contains("times the scatter of the others")
+    };
+    assert!(names(&slipped), "{}{}", out(&slipped), err(&slipped));
+    assert!(!names(&sound), "{}", err(&sound));
+}
+
+/// The file states the springs at the table's own temperature: that is no change of them.
+#[test]
+fn a_law_of_temperature_is_no_change_after_the_calibration() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut table = String::new();
+    for (i, t) in [21.0, 24.0, 27.0, 30.0, 33.0, 36.0].into_iter().enumerate() {
+        let robot = scaled(folder.path(), "all", 1.0 - 0.008 * (t - 20.0));
+        let text = mapped(&robot, "4", &i.to_string(), folder.path());
+        let mut lines = text.lines();
+        let head = lines.next().unwrap();
+        if table.is_empty() {
+            table = format!("{head},temperature_c\n");
+        }
+        lines.for_each(|line| table.push_str(&format!("{line},{t}\n")));
+    }
+    let path = folder.path().join("table.csv");
+    std::fs::write(&path, table).unwrap();
+    let written = folder.path().join("calibrated.yaml");
+    let [path, written] = [&path, &written].map(|path| path.to_str().unwrap());
+    let ran = detune(&["diagnose", "robots/irb1600", path, "--write", written]);
+    assert!(out(&ran).contains("temperature_drift at all"), "{}", out(&ran));
+    let mut reading = Reading::default();
+    read_robot(std::path::Path::new(written), &mut reading).unwrap();
+    let changed: Vec<_> = reading.warnings.iter().filter(|w| w.code == Code::Calibration).collect();
+    assert!(changed.is_empty(), "{changed:?}");
 }
 
 /// One pose that is measured twelve times is one state: no other can be left out, so nothing is gained and the

@@ -85,7 +85,7 @@ fn an_external_axis_that_is_mapped_leaves_no_choice() {
         (job["verdict"].as_str().unwrap().to_owned(), is_open)
     };
     assert_eq!(verdict(""), ("uncertain".to_owned(), true));
-    assert_eq!(verdict("external_axes: {eax_a: track}\n").1, false);
+    assert!(!verdict("external_axes: {eax_a: track}\n").1);
 }
 
 const QUIET: &str = "spindle: {min_rpm: 500, max_rpm: 24000}

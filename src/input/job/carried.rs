@@ -124,7 +124,8 @@ impl<'r> Reader<'r> {
         for (owner, steps, payload) in self.payloads() {
             let Some(raw::Payload::Body(body)) = payload else { continue };
             let body = inertial(body);
-            let gyration_m = (body.inertia_kgm2.trace() / (2.0 * body.mass_kg)).sqrt();
+            let largest_kgm2 = body.inertia_kgm2.symmetric_eigenvalues().max();
+            let gyration_m = (largest_kgm2 / body.mass_kg).sqrt();
             let of = [
                 (gyration_m, MOST_M[0], "radius of gyration", "the inertia in kg·m²"),
                 (body.com_m.norm(), MOST_M[1], "centre of mass", "com_m in metres"),

@@ -55,8 +55,8 @@ impl<'a> Interpreter<'a> {
             done = true;
             if let (Setter::Signal(signal), true) = (&by.what, self.is_late(args)) {
                 let what = format!(
-                    "'{signal}' is set with \\SDelay, later than its instruction: the run decides on \
-                     which move, and the value is not read"
+                    "'{signal}' is set with \\SDelay, later than its instruction: the run decides \
+                     on which move, and the value is not read"
                 );
                 self.log.sets(line);
                 self.log.warning(Code::SpindleCommand, line, what);
