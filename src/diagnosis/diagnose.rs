@@ -18,7 +18,7 @@ use super::posterior::{Calibrated, cost, posterior};
 use super::problem::{Evaluation, Problem};
 use super::rivals::widened_by_rivals;
 use super::screen::Screen;
-use super::settle::{Settled, settled};
+use super::settle::{ALONE_WRONG, Settled, settled};
 use super::statistics::{relative_error, rms};
 use super::symmetry::symmetry;
 use super::table::{check_rows, unit_hint, within_the_model};
@@ -268,14 +268,14 @@ fn stands_alone(data: &Data, baseline: &Fit<'_>, row: usize) -> Option<Note> {
 /// Frequencies that causes leave far beyond the scatter of the others: slips, which widen what the
 /// calibration says of their modes.
 fn far_off(data: &Data, chosen: &Fit<'_>) -> Option<Note> {
-    /// Times the scatter, and share of the frequency.
-    const MOST: [f64; 2] = [12.0, 0.02];
+    /// Less of a frequency is no slip.
+    const LEAST: f64 = 0.02;
     const SHOWN: usize = 5;
     let scale = chosen.evaluation.noise.scale;
     let points = data.points.iter().zip(&chosen.evaluation.residuals);
     let all = points.filter_map(|(point, residual)| {
         let (r, std) = ((*residual)?, (scale * point.unit).hypot(point.rounding.sqrt()));
-        (r.abs() > (MOST[0] * std).max(MOST[1])).then_some((point, r))
+        (r.abs() > (ALONE_WRONG * std).max(LEAST)).then_some((point, r))
     });
     let mut all: Vec<_> = all.collect();
     all.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
@@ -294,9 +294,8 @@ fn far_off(data: &Data, chosen: &Fit<'_>) -> Option<Note> {
     }
     (!all.is_empty()).then(|| {
         let what = format!(
-            "off by more than {:.0} times the scatter of the others: {}; check what is written \
-             there, and measure it again: the intervals of these modes are wider for it",
-            MOST[0],
+            "off by more than {ALONE_WRONG:.0} times the scatter of the others: {}; check what is \
+             written there, and measure it again: the intervals of these modes are wider for it",
             shown.join("; ")
         );
         Note::warning(Code::Outlier, Place::default(), what)

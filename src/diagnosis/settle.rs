@@ -31,7 +31,7 @@ const WRONG: f64 = 6.0;
 const SECOND_WRONG: f64 = 4.0;
 
 /// or, where it has just one, that by this many.
-const ALONE_WRONG: f64 = 12.0;
+pub(super) const ALONE_WRONG: f64 = 12.0;
 
 /// More rows than one in so many are no slips.
 const ROWS_PER_SLIP: usize = 10;

@@ -381,8 +381,8 @@ fn joints_beside_the_arm(description: &Description, robot: &Robot) -> Option<Not
         .collect();
     (!following.is_empty()).then(|| {
         let what = format!(
-            "joints beside the arm are taken to stand at zero: {}; their masses are elsewhere in \
-             fact",
+            "joints beside the arm are taken to stand still, at zero or at the limit nearest to \
+             it: {}; their masses are elsewhere in fact",
             following.join(", ")
         );
         Note::warning(Code::HeldJoint, Place::part(Part::Robot), what)

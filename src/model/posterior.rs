@@ -119,11 +119,13 @@ impl Unexplained {
         const MARGIN: f64 = 0.15;
         /// rad or m.
         const REACH: f64 = 0.2;
+        /// A joint that moved less stood still, rad or m.
+        const STILL: f64 = 0.01;
         let off = |(joint, &at): (usize, &f64)| {
             let measured = || self.poses.iter().filter_map(|pose| pose.get(joint).copied());
             let low = measured().fold(f64::INFINITY, f64::min);
             let high = measured().fold(f64::NEG_INFINITY, f64::max);
-            let is_varied = high > low;
+            let is_varied = high - low > STILL;
             if is_varied { (low - at).max(at - high) - MARGIN * (high - low) } else { 0.0 }
         };
         let most = q.iter().enumerate().map(off).fold(0.0, f64::max);
@@ -144,7 +146,7 @@ mod tests {
     /// more; one that stood still does not count.
     #[test]
     fn what_lies_beyond_the_measured_range_is_counted() {
-        let poses = vec![vec![0.0, 5.0], vec![0.4, 5.0], vec![1.0, 5.0]];
+        let poses = vec![vec![0.0, 5.0], vec![0.4, 5.001], vec![1.0, 5.0]];
         let own = Unexplained { poses, ..Unexplained::default() };
         for (q, expected) in [
             ([0.5, 5.0], 0.0),

@@ -77,7 +77,9 @@ impl<'a> Path<'a> {
                     let found_start = (rank > 0).then(|| start.clone());
                     let mut path = Self::assemble(robot, kinematics, knots, segments);
                     (path.found_start, path.beside) = (found_start, beside);
-                    path.leaves_choice = moves.iter().any(|a_move| leaves_choice(robot, a_move));
+                    let choices = moves.iter().enumerate();
+                    let choices = choices.filter(|(_, a_move)| leaves_choice(robot, a_move));
+                    path.choices = choices.map(|(index, _)| index).collect();
                     return Ok(path);
                 }
                 // What was asked for is kept or refused.

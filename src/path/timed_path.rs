@@ -131,8 +131,8 @@ pub struct Path<'a> {
     pub(super) found_start: Option<Vec<f64>>,
     /// Targets that are reached beside the arm configurations that the program asks for.
     pub(super) beside: Vec<Beside>,
-    /// Whether a pose leaves the arm a choice: more joints than it fixes.
-    pub(super) leaves_choice: bool,
+    /// Moves to poses that leave the arm a choice: fewer joints fixed than there are.
+    pub(super) choices: Vec<usize>,
     /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
     knots_s: Vec<f64>,
     /// Joint positions at the knots, one row after the other.
@@ -165,7 +165,7 @@ impl<'a> Path<'a> {
             segments,
             found_start: None,
             beside: Vec::new(),
-            leaves_choice: false,
+            choices: Vec::new(),
             knots_s,
             knots_q: q,
             segment_of,
@@ -180,6 +180,10 @@ impl<'a> Path<'a> {
         let stretch_start = stretch.start;
         let beside = self.beside.iter().filter(|target| stretch.contains(&target.index));
         let beside = beside.cloned().collect();
+        // A stretch starts where the move before ends.
+        let from = stretch.start.saturating_sub(1);
+        let chosen = self.choices.iter().copied();
+        let choices = chosen.filter(|index| (from..stretch.end).contains(index)).collect();
         let first = self.segments.partition_point(|segment| segment.index < stretch.start);
         let behind = self.segments.partition_point(|segment| segment.index < stretch.end);
         let segments = self.segments.get(first..behind).unwrap_or_default();
@@ -205,14 +209,14 @@ impl<'a> Path<'a> {
         Path {
             found_start,
             beside,
-            leaves_choice: self.leaves_choice,
+            choices,
             ..Path::assemble(robot, self.kinematics.clone(), knots, own)
         }
     }
 
     /// Whether a pose leaves the arm a choice, as of seven joints: it moves them least then.
     pub fn leaves_choice(&self) -> bool {
-        self.leaves_choice
+        !self.choices.is_empty()
     }
 
     /// The first target that is reached only beside the arm configuration that its program asks

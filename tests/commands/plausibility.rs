@@ -461,7 +461,7 @@ fn a_link_that_follows_a_joint_of_the_arm_is_doubted() {
         );
         urdf.replace("</robot>", &link)
     };
-    let says = ["taken to stand at zero", "swing follows joint_2"];
+    let says = ["taken to stand still", "swing follows joint_2"];
     assert_doubt(&yaml, &with("30", "joint_2"), Code::HeldJoint, "<robot", &says);
     assert_eq!(warnings(&yaml, &with("30", "finger")).unwrap(), []);
 }
@@ -486,10 +486,13 @@ fn what_readers_of_a_urdf_pass_over_is_refused() {
                      <child link=\"hose\"/><origin quat_xyzw=\"0 0 1 0\"/></joint></robot>";
         urdf.replace("</robot>", joint).replacen("<robot ", robot, 1)
     };
-    assert_eq!(warnings(&yaml, &turned("<robot version=\"1.2\" ")).unwrap(), []);
+    for version in ["1.1", "1.2"] {
+        let robot = format!("<robot version=\"{version}\" ");
+        assert_eq!(warnings(&yaml, &turned(&robot)).unwrap(), [], "{version}");
+    }
     for (urdf, says) in [
-        (turned("<robot "), "version=\"1.2\""),
-        (turned("<robot version=\"1.0\" "), "version=\"1.2\""),
+        (turned("<robot "), "version=\"1.1\""),
+        (turned("<robot version=\"1.0\" "), "version=\"1.1\""),
         (urdf.replace("</robot>", "<include filename=\"tool.urdf\"/></robot>"), "<include>"),
         (urdf.replacen("<inertial>", "<inertial><com xyz=\"0 0 1\"/>", 1), "has <com>"),
     ] {

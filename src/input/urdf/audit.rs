@@ -94,7 +94,7 @@ pub(super) fn audit(text: &str, notes: &mut Notes) -> Option<Audit> {
     auditor.plain.push_str("<robot name=\"robot\"");
     if let Some(version) = root.attribute("version") {
         auditor.attribute("version", version);
-        auditor.knows_quaternions = !matches!(version.trim(), "1.0" | "1.1" | "1");
+        auditor.knows_quaternions = !matches!(version.trim(), "1.0" | "1");
     }
     auditor.plain.push('>');
     let (mut links, mut joints) = (Vec::new(), Vec::new());
@@ -417,7 +417,7 @@ impl Auditor<'_> {
         if origin.has_attribute("quat_xyzw") && !self.knows_quaternions {
             let what = format!(
                 "{owner}: <origin> has quat_xyzw, which readers of URDF ignore unless <robot> has \
-                 version=\"1.2\""
+                 version=\"1.1\""
             );
             self.notes.error(Code::Value, line, what);
         }

@@ -8,7 +8,7 @@ use super::syntax::{Args, Expr, File, Name, Path, What};
 use super::value::Value;
 use super::walk::{names_in, statements_in};
 use crate::notes::Code;
-use crate::program::cell::{Given, all, set, set_by_name};
+use crate::program::cell::{Given, Sets, all, set, set_by_name};
 use crate::program::{SetBy, Setter, Settings};
 
 /// The argument that a call sets something to.
@@ -59,7 +59,11 @@ impl<'a> Interpreter<'a> {
                      on which move, and the value is not read"
                 );
                 self.log.sets(line);
-                self.log.warning(Code::SpindleCommand, line, what);
+                let code = match sets {
+                    Sets::Spindle => Code::SpindleCommand,
+                    Sets::Tool => Code::ChangeIgnored,
+                };
+                self.log.warning(code, line, what);
                 continue;
             }
             let span = self.literal(value);

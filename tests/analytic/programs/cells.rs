@@ -440,7 +440,7 @@ fn outputs_that_are_set_after_a_delay_are_doubts() {
     let by = SetBy { what: Setter::Signal("goT".to_owned()), per_unit: 1.0 };
     let job = Settings { tool_from: Some(by), ..settings() };
     let program = abb(&format!("SetGO \\SDelay:=8,goT,2;\n{go}"), "", &job);
-    assert_eq!(doubts(&program), [(Code::SpindleCommand, 9)]);
+    assert_eq!(doubts(&program), [(Code::ChangeIgnored, 9)]);
     // Of what decides about moves: set at once where the delay is zero.
     let decide = |set: &str| format!("{set}\nIF DOutput(do1)=1 MoveL p2,v100,fine,t1;");
     let at_once = abb(&decide("SetDO \\SDelay:=0,do1,1;"), "", &settings());
