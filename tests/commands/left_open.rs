@@ -104,7 +104,7 @@ fn a_load_that_no_tool_has_and_frames_in_degrees_are_doubted() {
     };
     for (keys, told) in [
         (body("0.02", "0.1"), None),
-        (body("20", "0.1"), Some("radius of gyration is 1.83 m")),
+        (body("20", "0.1"), Some("radius of gyration is 1.826 m")),
         (body("0.02", "100"), Some("centre of mass is 100 m")),
         (body("0.02", "0.1") + "tcp: {rpy_rad: [0, 0, 45]}\n", Some("tcp: rpy_rad is [0, 0, 45]")),
         (

@@ -12,7 +12,7 @@ use super::Reader;
 use crate::formats::yaml::Step;
 use crate::job::{Carried, CarriedBy};
 use crate::model::{Inertial, Robot};
-use crate::motion::Load;
+use crate::motion::{Load, Move, Timing};
 use crate::notes::{Code, Note, Place};
 use crate::wording::rounded;
 
@@ -74,6 +74,26 @@ impl<'r> Reader<'r> {
                 None
             }
         }
+    }
+
+    /// Doubts cuts of which a program does not state the load, where it states that of others: they
+    /// are checked with one of these.
+    pub(super) fn cuts_without_load(&mut self, called: &str, moves: &[Move], file: Option<&Path>) {
+        if moves.iter().all(|each| each.stated.load.is_none()) {
+            return;
+        }
+        // Nothing moves to where the path starts.
+        let mut cuts = moves.iter().skip(1).filter(|each| {
+            let cuts = each.spindle_turns && each.timing == Timing::Feed;
+            cuts && each.stated.load.is_none()
+        });
+        let (Some(first), Some(file)) = (cuts.next(), file) else { return };
+        let place = Place { line: Some(first.line), ..Place::file(file) };
+        let what = format!(
+            "{called}: the program states the load of some moves and not of this one, which is \
+             checked with that of a neighbour"
+        );
+        self.programs.reading.warnings.push(Note::warning(Code::PayloadUnknown, place, what));
     }
 
     /// What a mass at the tip takes away that corrections put there, if it does.

@@ -306,6 +306,30 @@ fn a_load_that_nobody_states_is_told() {
     assert!(note.what.starts_with("payload has no com_m, so its centre of mass"), "{note}");
 }
 
+/// The cut with the tool of no stated load is checked with the other's: a doubt at its line.
+#[test]
+fn a_load_that_only_a_neighbour_has_is_doubted() {
+    let tool = |name: &str, mass: &str| {
+        format!(
+            "PERS tooldata {name}:=[TRUE,[[0,0,7],[1,0,0,0]],[{mass},[0,0,70],[1,0,0,0],0,0,0]];\n"
+        )
+    };
+    let way = |z: u8, tool: &str| {
+        format!("MoveL [[1,2,{z}],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,{tool};\n")
+    };
+    let told = |mass: &str| {
+        let tools = tool("tA", mass) + &tool("tB", "4.2");
+        let cuts = [way(3, "tA"), way(4, "tA"), way(5, "tB"), way(6, "tB")].concat();
+        let program = format!("MODULE m\n{tools}PROC main()\n{cuts}ENDPROC\nENDMODULE\n");
+        let job = "    spindle_rpm: 1100\n    path: {program: {file: a.mod}}\npayload: none\n";
+        let (_, notices) = read_of(job, "a.mod", &program).unwrap();
+        notices.into_iter().filter(|what| what.contains("neighbour")).collect::<Vec<_>>()
+    };
+    assert_eq!(told("2"), Vec::<String>::new());
+    let [one] = &told("-1")[..] else { panic!("{:?}", told("-1")) };
+    assert!(one.starts_with("a.mod:6: operation 'rough': the program states the load"), "{one}");
+}
+
 /// 150 mm in metres; a tool of 1.5 m there is.
 #[test]
 fn a_tool_that_ends_far_from_the_arm_is_doubted() {
