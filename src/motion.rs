@@ -106,6 +106,9 @@ pub struct Load {
     pub com_m: Vector3<f64>,
     /// Rotary inertia about the centre of mass in the axes of the tip frame, kg·m².
     pub inertia_kgm2: Matrix3<f64>,
+    /// Whether it is what RobotStudio enters for a new tool: nobody stated it, so that the
+    /// payload of job or robot file counts.
+    pub is_placeholder: bool,
 }
 
 impl Load {
@@ -140,6 +143,7 @@ impl Load {
             line: self.line,
             mass_kg,
             com_m,
+            is_placeholder: false,
             inertia_kgm2: about(self) + about(other),
         }
     }

@@ -47,8 +47,8 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
     }
     let warnings = job.operations.iter().zip(&operations).flat_map(|(operation, advice)| {
         let not_followed = not_followed(job, operation, advice, options.objective);
-        let limits = advice.limits.iter().cloned();
-        nothing(job, operation, advice).into_iter().chain(not_followed).chain(limits)
+        let own = advice.notes.iter().cloned();
+        nothing(job, operation, advice).into_iter().chain(not_followed).chain(own)
     });
     Ok(JobAdvice {
         warnings: warnings.collect(),
@@ -192,8 +192,8 @@ fn advise_path(
         tip: tip.as_ref().ok(),
     };
     let (remedy, no_schedule) = remedy_of(&task, constant, options.schedule)?;
-    let mut of_remedy = limits.of(&remedy)?;
-    of_remedy.extend(chosen_joints(job, operation, path));
+    let mut notes = limits.of(&remedy)?;
+    notes.extend(chosen_joints(job, operation, path));
     let levers = match constant {
         Some(_) => Vec::new(),
         None => {
@@ -220,7 +220,7 @@ fn advise_path(
             programmed: model.at(programmed_rpm),
             recommended: constant.map(|constant| model.at(constant.rpm)),
         }),
-        limits: of_remedy,
+        notes,
         exceeding_rpm: best_rpm.filter(|best| rpm.is_some_and(|rpm| rpm != *best)),
         ribbons: ribbons(&survey, &counting, &lines),
         programmed_blocks: set.blocks_at(programmed_rpm),

@@ -81,9 +81,9 @@ pub struct OperationAdvice {
     pub vibration: Result<Vibration, NoForce>,
     /// When the cut chatters, where that is the objective and is known.
     pub depth: Option<Depth>,
-    /// What limits of the policy on the tool tip, and joints that poses leave free, say of what is
-    /// to be run.
-    pub limits: Vec<Note>,
+    /// What a reader should know of what is to be run: limits of the policy on the tool tip, joints
+    /// that poses leave free.
+    pub notes: Vec<Note>,
     /// The speed that would be the best, but for a limit that it exceeds.
     pub exceeding_rpm: Option<f64>,
     /// What stands in the way of a constant speed where none is safe: the speed that comes nearest

@@ -40,7 +40,7 @@ pub use placement::Placement;
 pub use plausibility::doubts;
 pub use pose_fault::PoseFault;
 pub(crate) use posterior::distance;
-pub use posterior::{Fingerprint, LearnedParameter, ParameterKind, Posterior, Unexplained};
+pub use posterior::{Fingerprint, LearnedParameter, ParameterKind, Posterior, Unexplained, beyond};
 pub(crate) use robot::Coupling;
 pub(crate) use robot::NodeMotion;
 pub use robot::{

@@ -3,6 +3,7 @@
 
 use nalgebra::Matrix3;
 
+use super::correction::StiffnessLaw;
 use super::description::{Calibration, CoordinateKind, Description, Inertial, JointKind};
 use super::posterior::Fingerprint;
 use super::robot::{Coordinate, NodeMotion, Robot, ancestors};
@@ -50,6 +51,7 @@ pub fn doubts(description: &Description, robot: &Robot, rigid: &[String]) -> Vec
     notes.extend(springs_off_the_chain(description, robot));
     notes.extend(joints_beside_the_arm(description, robot));
     notes.extend(strong_gravity(description));
+    notes.extend(laws_of_conditions(robot));
     notes.extend(robot.calibration().and_then(slight));
     notes.extend(robot.calibration().and_then(|calibration| changed_since(calibration, robot)));
     notes
@@ -403,6 +405,23 @@ fn carries_mass(description: &Description, link: &str) -> bool {
         all.extend(below.map(|joint| joint.child.as_str()));
     }
     false
+}
+
+/// Springs that vary with what no job states: a check takes them at one level or temperature.
+fn laws_of_conditions(robot: &Robot) -> Option<Note> {
+    let varying = robot.coordinates().iter().filter_map(|own| {
+        let at: Vec<String> = own.laws.iter().filter_map(StiffnessLaw::taken_at).collect();
+        (!at.is_empty()).then(|| format!("{} at {}", own.name, at.join(" and ")))
+    });
+    let varying: Vec<String> = varying.collect();
+    (!varying.is_empty()).then(|| {
+        let what = format!(
+            "springs vary with temperature or the level of vibration, and count as {}: frequencies \
+             at others are not checked",
+            varying.join(", ")
+        );
+        Note::warning(Code::Calibration, Place::key(Part::Robot, "corrections"), what)
+    })
 }
 
 /// Nowhere that robots work does a body fall so fast.

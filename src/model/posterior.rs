@@ -112,25 +112,34 @@ impl Unexplained {
         self.near.iter().zip(&self.far).map(square).collect()
     }
 
-    /// How much of what was measured says nothing of a pose, 0 to 1, as joints that were varied
-    /// stand beyond where they were: laws of load and angle show only where they were tried.
-    pub fn beyond(&self, q: &[f64]) -> f64 {
+    /// By joint, rad or m: where the calibration speaks, which is where the joint was measured, and
+    /// a little more; anywhere of one that stood still.
+    pub fn ranges(&self) -> Vec<[f64; 2]> {
         /// Of a joint's measured range, on either side: poses beside those of a table.
         const MARGIN: f64 = 0.15;
-        /// rad or m.
-        const REACH: f64 = 0.2;
         /// A joint that moved less stood still, rad or m.
         const STILL: f64 = 0.01;
-        let off = |(joint, &at): (usize, &f64)| {
-            let measured = || self.poses.iter().filter_map(|pose| pose.get(joint).copied());
-            let low = measured().fold(f64::INFINITY, f64::min);
-            let high = measured().fold(f64::NEG_INFINITY, f64::max);
+        let joints = self.poses.first().map_or(0, Vec::len);
+        let range = |joint: usize| {
+            let measured = self.poses.iter().filter_map(|pose| pose.get(joint).copied());
+            let none = [f64::INFINITY, f64::NEG_INFINITY];
+            let [low, high] = measured.fold(none, |[a, b], at| [a.min(at), b.max(at)]);
+            let more = MARGIN * (high - low);
             let is_varied = high - low > STILL;
-            if is_varied { (low - at).max(at - high) - MARGIN * (high - low) } else { 0.0 }
+            if is_varied { [low - more, high + more] } else { [f64::NEG_INFINITY, f64::INFINITY] }
         };
-        let most = q.iter().enumerate().map(off).fold(0.0, f64::max);
-        1.0 - (-0.5 * (most / REACH).powi(2)).exp()
+        (0..joints).map(range).collect()
     }
+}
+
+/// How much of a calibration says nothing of a pose, 0 to 1, as joints stand beyond its `ranges`:
+/// laws of load and angle show only where they were tried.
+pub fn beyond(ranges: &[[f64; 2]], q: &[f64]) -> f64 {
+    /// rad or m.
+    const REACH: f64 = 0.2;
+    let off = ranges.iter().zip(q).map(|([low, high], at)| (low - at).max(at - high));
+    let most = off.fold(0.0, f64::max);
+    1.0 - (-0.5 * (most / REACH).powi(2)).exp()
 }
 
 /// Largest difference of any joint, rad or m.
@@ -147,7 +156,7 @@ mod tests {
     #[test]
     fn what_lies_beyond_the_measured_range_is_counted() {
         let poses = vec![vec![0.0, 5.0], vec![0.4, 5.001], vec![1.0, 5.0]];
-        let own = Unexplained { poses, ..Unexplained::default() };
+        let ranges = Unexplained { poses, ..Unexplained::default() }.ranges();
         for (q, expected) in [
             ([0.5, 5.0], 0.0),
             ([0.5, 9.0], 0.0),
@@ -156,7 +165,7 @@ mod tests {
             ([-0.35, 5.0], 0.393_469_340),
             ([4.0, 5.0], 1.0),
         ] {
-            assert!((own.beyond(&q) - expected).abs() < 1e-9, "{q:?} {}", own.beyond(&q));
+            assert!((beyond(&ranges, &q) - expected).abs() < 1e-9, "{q:?} {}", beyond(&ranges, &q));
         }
     }
 }

@@ -120,7 +120,8 @@ codes! {
     AssumedSpring = "assumed_spring": Doubt,
     /// A moving joint that no spring is given for.
     RigidJoint = "rigid_joint": Doubt,
-    /// A calibration that says little, or that was fitted to the same data.
+    /// A calibration that says little, that was fitted to the same data, or whose springs vary with
+    /// what no job states.
     Calibration = "calibration": Doubt,
     /// A first natural frequency that no arm has.
     FirstFrequency = "first_frequency": Doubt,

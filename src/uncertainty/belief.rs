@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::arm::ArmAtPose;
 use super::parameters::{Parameter, all, scales_of, stated, states_all};
-use crate::model::{Calibration, PoseFault, Posterior, Robot, Unexplained};
+use crate::model::{Calibration, PoseFault, Posterior, Robot, Unexplained, beyond};
 use crate::modes::ModalSolver;
 
 /// Normal parameters about the values of the model, and what they leave unexplained.
@@ -17,6 +17,8 @@ pub struct Belief {
     pub covariance: DMatrix<f64>,
     /// What a comparison with measurements left over.
     pub unexplained: Option<Unexplained>,
+    /// By joint, rad or m: where that comparison speaks ([`Unexplained::ranges`]).
+    pub ranges: Vec<[f64; 2]>,
     /// No frequency is better known than this, standard deviation of its logarithm: numbers of the
     /// model of which nothing is stated are not exact.
     pub least_std_ln: f64,
@@ -142,6 +144,7 @@ impl Belief {
             covariance: DMatrix::from_diagonal(&variances),
             parameters,
             unexplained: None,
+            ranges: Vec::new(),
             least_std_ln: 0.0,
         }
     }
@@ -177,6 +180,7 @@ impl Belief {
             parameters: known.into_iter().map(|(_, parameter)| parameter).collect(),
             covariance,
             unexplained: Some(posterior.unexplained.clone()),
+            ranges: posterior.unexplained.ranges(),
             least_std_ln: 0.0,
         }
     }
@@ -202,8 +206,7 @@ impl Belief {
             d.far.iter().chain(&d.near).fold(uncalibrated_std_ln(), |worst, d| worst.max(*d))
         });
         // Beyond the measured range no calibration knows more than a model that nobody measured.
-        let beyond = self.unexplained.as_ref().map_or(0.0, |d| d.beyond(q));
-        let least = beyond.sqrt() * uncalibrated_std_ln();
+        let least = beyond(&self.ranges, q).sqrt() * uncalibrated_std_ln();
         let left = |(r, known): (usize, f64)| {
             let left = unexplained.get(r).copied().unwrap_or(worst).hypot(least);
             (self.least_std_ln.powi(2) - known).max(left * left).max(0.0).sqrt()

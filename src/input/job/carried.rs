@@ -37,7 +37,10 @@ impl<'r> Reader<'r> {
         program: Option<&Path>,
     ) -> Option<(Arc<Robot>, Carried)> {
         if let (Some(load), Some(file)) = (load, program) {
-            return self.loaded(load, file);
+            if !load.is_placeholder {
+                return self.loaded(load, file);
+            }
+            self.of_new_tool(load, file);
         }
         let raw = self.raw;
         let of_job = raw.payload.as_ref().map(|payload| (payload, None));
@@ -197,6 +200,27 @@ impl<'r> Reader<'r> {
                  tip frame"
             );
             self.notes.warning(Code::Assumed, Some(line), what);
+        }
+    }
+
+    /// A placeholder states no load; beside a job that says that nothing is carried it is a doubt.
+    fn of_new_tool(&mut self, load: &Load, file: &Path) {
+        let says_nothing = matches!(self.raw.payload, Some(raw::Payload::Nothing(_)));
+        let (code, check) = match says_nothing {
+            true => {
+                (Code::ToolMassConflict, "; the job says payload: none: put right what is wrong")
+            }
+            false => (Code::Assumed, ""),
+        };
+        let what = format!(
+            "tooldata {}: 1 kg at [0, 0, 1] mm is RobotStudio's placeholder, which counts as no \
+             load{check}",
+            load.name
+        );
+        let place = Place { line: Some(load.line), ..Place::file(file) };
+        let warning = Note::warning(code, place, what);
+        if !self.programs.reading.warnings.contains(&warning) {
+            self.programs.reading.warnings.push(warning);
         }
     }
 

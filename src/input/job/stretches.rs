@@ -171,6 +171,7 @@ mod tests {
             mass_kg,
             com_m: Vector3::zeros(),
             inertia_kgm2: Matrix3::zeros(),
+            is_placeholder: false,
         };
         let each = stated.iter().enumerate().map(|(i, &(spindle, tool, mass))| Move {
             to: Target::Line(Isometry3::translation(i as f64, 0.0, 0.0)),

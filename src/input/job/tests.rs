@@ -330,6 +330,36 @@ fn a_load_that_only_a_neighbour_has_is_doubted() {
     assert!(one.starts_with("a.mod:6: operation 'rough': the program states the load"), "{one}");
 }
 
+/// RobotStudio's load of a new tool: the payload that somebody stated counts, and beside `none` it
+/// is a doubt; another tool's load never stands in for it.
+#[test]
+fn the_load_of_a_new_tool_gives_way_to_what_is_stated() {
+    let of_new = "[1,[0,0,1],[1,0,0,0],0,0,0]";
+    let way = |z: u8, tool: &str| {
+        format!("MoveL [[1,2,{z}],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,{tool};\n")
+    };
+    let program = format!(
+        "MODULE m\nPERS tooldata tA:=[TRUE,[[0,0,7],[1,0,0,0]],{of_new}];\nPERS tooldata \
+         tB:=[TRUE,[[0,0,7],[1,0,0,0]],[4.2,[0,0,70],[1,0,0,0],0,0,0]];\nPROC \
+         main()\n{}ENDPROC\nENDMODULE\n",
+        [way(3, "tA"), way(4, "tA"), way(5, "tB"), way(6, "tB")].concat()
+    );
+    let read = |payload: &str| {
+        let job =
+            format!("    spindle_rpm: 1100\n    path: {{program: {{file: a.mod}}}}\n{payload}");
+        let (job, _) = read_of(&job, "a.mod", &program).unwrap();
+        let warnings = job.review.warnings.iter();
+        let of_new = warnings.filter(|own| own.what.contains("placeholder")).map(|own| own.code);
+        (job.operations.iter().map(|own| own.carried.mass_kg).collect::<Vec<_>>(), of_new.collect())
+    };
+    assert_eq!(read(""), (vec![1.5, 4.2], vec![Code::Assumed]));
+    assert_eq!(
+        read("payload: {mass_kg: 3, com_m: [0, 0, 0]}\n"),
+        (vec![3.0, 4.2], vec![Code::Assumed])
+    );
+    assert_eq!(read("payload: none\n"), (vec![0.0, 4.2], vec![Code::ToolMassConflict]));
+}
+
 /// 150 mm in metres; a tool of 1.5 m there is.
 #[test]
 fn a_tool_that_ends_far_from_the_arm_is_doubted() {

@@ -1,6 +1,8 @@
 //! How a spring's constant departs from its nominal value with the pose and the conditions of a
 //! test.
 
+use crate::wording::rounded;
+
 /// Temperature at which springs have their nominal constant, °C.
 pub const REFERENCE_TEMPERATURE_C: f64 = 20.0;
 
@@ -93,6 +95,23 @@ pub struct Conditions {
 }
 
 impl StiffnessLaw {
+    /// The temperature or level of excitation at which a spring that varies with it counts, where
+    /// none is given.
+    pub(in crate::model) fn taken_at(&self) -> Option<String> {
+        match *self {
+            Self::Temperature { change_per_k, reference_c, .. } => {
+                (change_per_k != 0.0).then(|| format!("{} °C", rounded(reference_c, 1)))
+            }
+            Self::Amplitude { change_per_nm, reference_nm, .. } => {
+                (change_per_nm != 0.0).then(|| format!("{} N·m", rounded(reference_nm, 1)))
+            }
+            Self::AmplitudePower { exponent, reference_nm, .. } => {
+                (exponent != 0.0).then(|| format!("{} N·m", rounded(reference_nm, 1)))
+            }
+            Self::Load { .. } | Self::LoadSteps { .. } | Self::Position { .. } => None,
+        }
+    }
+
     /// k over its nominal value.
     pub(in crate::model) fn share(&self, state: SpringState, conditions: &Conditions) -> f64 {
         let torque = state.gravity_torque_nm.abs();

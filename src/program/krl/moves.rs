@@ -670,5 +670,12 @@ fn load_of(parts: &Parts, line: usize) -> Option<Load> {
     let axes = centre.rotation.to_rotation_matrix();
     let inertia_kgm2 = axes * Matrix3::from_diagonal(&moments.into()) * axes.transpose();
     let com_m = centre.translation.vector;
-    Some(Load { name: "$LOAD".to_owned(), line, mass_kg, com_m, inertia_kgm2 })
+    Some(Load {
+        name: "$LOAD".to_owned(),
+        line,
+        mass_kg,
+        com_m,
+        inertia_kgm2,
+        is_placeholder: false,
+    })
 }

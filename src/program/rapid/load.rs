@@ -32,7 +32,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// The load of `\TLoad`, which counts for all, else the tool's own with what the gripper holds.
-    /// `tool0`, a load without mass and the load of a new tool say nothing.
+    /// `tool0` and a load without mass say nothing.
     fn carried(
         &mut self,
         line: usize,
@@ -52,25 +52,15 @@ impl<'a> Interpreter<'a> {
             Value::List(parts) => {
                 let own = parts.get(2).ok_or("tool: expected a load, found fewer values")?;
                 let load = self.load(line, tool, own).map_err(|why| format!("tool: {why}"))?;
-                match load {
-                    Some(load) if *own == load_of_new_tool() => {
-                        let what = format!(
-                            "tooldata {}: 1 kg at [0, 0, 1] mm is RobotStudio's placeholder, which \
-                             counts as no load",
-                            load.name
-                        );
-                        self.log.warning(Code::Assumed, load.line, what);
-                        None
-                    }
-                    load => load,
-                }
+                let is_placeholder = *own == load_of_new_tool();
+                load.map(|load| Load { is_placeholder, ..load })
             }
             _ => None,
         };
         match (own, self.gripped.clone()?) {
             (own, None) => Ok(own),
-            (Some(own), Some(held)) => Ok(Some(own.with(&held.placed(tcp)))),
-            (None, Some(held)) => Err(format!(
+            (Some(own), Some(held)) if !own.is_placeholder => Ok(Some(own.with(&held.placed(tcp)))),
+            (_, Some(held)) => Err(format!(
                 "GripLoad {} adds {} kg to a tool whose load the program does not state",
                 held.name, held.mass_kg
             )),
@@ -109,6 +99,7 @@ impl<'a> Interpreter<'a> {
             }
             _ => ("of the instruction".to_owned(), line),
         };
-        Ok(Some(Load { name, line, mass_kg, com_m: com_mm.map(m_from_mm).into(), inertia_kgm2 }))
+        let com_m = com_mm.map(m_from_mm).into();
+        Ok(Some(Load { name, line, mass_kg, com_m, inertia_kgm2, is_placeholder: false }))
     }
 }

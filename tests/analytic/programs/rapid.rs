@@ -120,10 +120,6 @@ fn the_job_fills_what_the_program_leaves_to_it_and_no_more() {
     assert_eq!(
         told,
         [
-            (
-                3,
-                "tooldata tHere: 1 kg at [0, 0, 1] mm is RobotStudio's placeholder, which counts as no load"
-            ),
             (5, "tool: 'tElse' is not declared in this file; the job's tcp is used"),
             (5, "wobj0 is named: the job's work_object is used for it"),
             (6, "work object: 'wElse' is not declared in this file; the job's work_object is used"),
