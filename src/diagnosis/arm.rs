@@ -72,8 +72,12 @@ pub(super) struct Arm<'a> {
     pub(super) min_sample_rate_hz: Option<f64>,
     /// Highest frequency of each mode of the model over the table's poses, Hz.
     pub(super) highest_of_mode_hz: Vec<f64>,
+    /// Lowest frequency measured, Hz.
+    pub(super) lowest_hz: f64,
     /// Highest frequency measured, Hz.
     pub(super) highest_hz: f64,
+    /// Median of each column of the table that has values, Hz.
+    pub(super) median_of_column_hz: Vec<f64>,
 }
 
 impl<'a> Arm<'a> {
@@ -135,7 +139,14 @@ impl<'a> Arm<'a> {
             amplitudes_nm: range(rows.iter().filter_map(|r| r.conditions.amplitude_nm).collect()),
             min_sample_rate_hz: rows.iter().filter_map(|r| r.sample_rate_hz).reduce(f64::min),
             highest_of_mode_hz,
+            lowest_hz: data.points.iter().map(|p| p.ln_f.exp()).fold(f64::INFINITY, f64::min),
             highest_hz: data.points.iter().map(|p| p.ln_f.exp()).fold(0.0, f64::max),
+            median_of_column_hz: (0..data.columns)
+                .filter_map(|column| {
+                    let own = data.points.iter().filter(|point| point.column == column);
+                    median(own.map(|point| point.ln_f.exp()).collect())
+                })
+                .collect(),
         })
     }
 

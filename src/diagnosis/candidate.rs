@@ -50,6 +50,14 @@ impl Parameter {
         inner.clamp(low, high)
     }
 
+    /// Whether a fit ended where the search does, and not where physics does: nothing below zero, and
+    /// no more mass taken off than there is.
+    pub(super) fn is_at_bound(&self, inner: f64) -> bool {
+        let [low, high] = self.bounds.map(|bound| self.inner(bound));
+        let is_at = |bound: f64| (inner - bound).abs() <= 1e-9 * (1.0 + bound.abs());
+        is_at(high) || is_at(low) && self.bounds[0] != 0.0 && self.name != "mass_kg"
+    }
+
     /// What is expected: (as the fit measures it, 1/variance).
     pub(super) fn expectation(&self) -> Option<(f64, f64)> {
         let [mean, spread] = self.expected?;
@@ -100,6 +108,12 @@ impl Candidate {
     /// The same as a form that has to earn its place.
     pub(super) fn refining(self) -> Self {
         Self { is_refinement: true, ..self }
+    }
+
+    /// Whether it puts another mode into a column of the table: no small change, of which a linear
+    /// problem says nothing.
+    pub(super) fn moves_columns(&self) -> bool {
+        self.cause.is_of_the_instrument() || self.cause == Cause::LocalMode
     }
 
     /// Whether both name the same cause at the same place.

@@ -15,6 +15,7 @@ use super::models::{
 use super::problem::Problem;
 use super::screen::Screen;
 use super::sets::{sets, swaps};
+use crate::model::Cause;
 
 /// How thorough a choice is.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +37,9 @@ impl SearchWidth {
     /// Inside a fold.
     pub(super) const FOLD: Self = Self { first: 24, further: 10, starts: 1, kept: 4, sets: 16 };
 }
+
+/// Local modes that are fitted beside the other candidates.
+const LOCAL_MODES: usize = 3;
 
 /// Most causes that are looked for.
 const MAX_CAUSES: usize = 4;
@@ -236,11 +240,14 @@ impl<'c> Search<'_, '_, 'c> {
             })
             .collect();
         tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        tried.truncate(if taken.is_empty() {
-            self.means.width.first
-        } else {
-            self.means.width.further
-        });
+        let most = if taken.is_empty() { self.means.width.first } else { self.means.width.further };
+        // Local modes promise much wherever a column is far off, and take no other's turn.
+        let is_local = |&(_, i): &(f64, usize)| self.means.candidates[i].cause == Cause::LocalMode;
+        let local: Vec<_> =
+            tried.iter().filter(|t| is_local(t)).take(LOCAL_MODES).copied().collect();
+        tried.retain(|t| !is_local(t));
+        tried.truncate(most);
+        tried.extend(local);
         self.add_plain(parent, &mut tried);
         let given = &parent.fit.hypothesis;
         let asked = |&(_, i): &(f64, usize)| Asked::with(given.clone(), &self.means.candidates[i]);

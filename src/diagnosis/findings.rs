@@ -45,10 +45,12 @@ pub(super) fn findings(
         let mut rest = best.fit.hypothesis.clone();
         rest.effects.remove(i);
         let without = problem.optimise(rest).unwrap_or_else(|| choice.baseline.clone());
+        let (indistinguishable_from, further_alternatives) = group(choice, i, candidate);
         findings.push(Finding {
             cause: candidate.cause,
             at: candidate.at.clone(),
-            indistinguishable_from: group(choice, i, candidate),
+            indistinguishable_from,
+            further_alternatives,
             parameters,
             hinge: candidate.hinge.clone(),
             text: cause_text(candidate.cause),
@@ -68,7 +70,6 @@ pub(super) fn findings(
 fn estimate(parameter: &Parameter, inner: f64, certainty: Certainty) -> Estimate {
     /// Beyond this factor either way, as its logarithm, nothing is known.
     const FARTHEST: f64 = 14.0;
-    let [low, high] = parameter.bounds.map(|bound| parameter.inner(bound));
     // What was searched is no limit of what may be, but no mass is negative.
     let floor = if parameter.bounds[0] == 0.0 { 0.0 } else { f64::NEG_INFINITY };
     let ci95 = match (certainty.interval, parameter.scale) {
@@ -78,14 +79,12 @@ fn estimate(parameter: &Parameter, inner: f64, certainty: Certainty) -> Estimate
         (Some(interval), Scale::Linear(_)) => interval.map(|end| parameter.value(end).max(floor)),
         (None, _) => parameter.bounds,
     };
-    let is_at = |bound: f64| (inner - bound).abs() <= 1e-9 * (1.0 + bound.abs());
-    let is_physical = parameter.bounds[0] == 0.0 && is_at(low);
     Estimate {
         name: parameter.name.to_owned(),
         nominal: parameter.nominal,
         estimate: parameter.value(inner),
         ci95,
-        at_bound: !is_physical && (is_at(low) || is_at(high)),
+        at_bound: parameter.is_at_bound(inner),
     }
 }
 
@@ -215,8 +214,8 @@ fn suspects(models: &[Model<'_>], i: usize, best: f64) -> Vec<Suspect> {
     suspects
 }
 
-/// Alternatives of the finding `i` within reach.
-fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> Vec<Suspect> {
+/// Alternatives of the finding `i` within reach, and how many more there are than these.
+fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> (Vec<Suspect>, usize) {
     let others: Vec<&Candidate> =
         choice.best.fit.hypothesis.effects.iter().map(|(candidate, _)| *candidate).collect();
     let mut group: Vec<Suspect> = suspects(&choice.alternatives[i], i, choice.best.log_evidence)
@@ -224,6 +223,7 @@ fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> Vec<Suspect> {
         .filter(|s| s.behind_bic < 2.0 * ALTERNATIVE_WITHIN)
         .filter(|s| !others.iter().any(|o| o.cause == s.cause && o.at == s.at))
         .collect();
+    let further = group.len().saturating_sub(MAX_ALTERNATIVES);
     group.truncate(MAX_ALTERNATIVES);
     // Other names of the same body come last.
     for name in &finding.also {
@@ -231,7 +231,7 @@ fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> Vec<Suspect> {
             group.push(Suspect { cause: finding.cause, at: Some(name.clone()), behind_bic: 0.0 });
         }
     }
-    group
+    (group, further)
 }
 
 /// The forms of a suspect that are within reach, each with what it is behind the finding `i` in
@@ -273,7 +273,7 @@ pub(super) fn next(
     let (mut poses, mut tests) = (Vec::new(), Vec::new());
     for (i, (candidate, _)) in choice.best.fit.hypothesis.effects.iter().enumerate() {
         let own = label(candidate.cause, candidate.at.as_deref());
-        for suspect in group(choice, i, candidate) {
+        for suspect in group(choice, i, candidate).0 {
             let forms = forms_within_reach(choice, i, &suspect);
             let Some(((model, behind), others)) = forms.split_first() else { continue };
             let found = poses_between(

@@ -36,9 +36,9 @@ impl<'c> Hypothesis<'c> {
         Self { effects: others.cloned().collect() }
     }
 
-    /// Its causes of the instrument.
-    pub(super) fn of_the_instrument(&self) -> Self {
-        let own = self.effects.iter().filter(|(c, _)| c.cause.is_of_the_instrument());
+    /// Its causes that put another mode into a column.
+    pub(super) fn that_move_columns(&self) -> Self {
+        let own = self.effects.iter().filter(|(candidate, _)| candidate.moves_columns());
         Self { effects: own.cloned().collect() }
     }
 

@@ -118,6 +118,8 @@ pub struct Finding {
     pub at: Option<String>,
     /// Alternatives that fit the data about as well, most plausible first.
     pub indistinguishable_from: Vec<Suspect>,
+    /// How many more fit about as well.
+    pub further_alternatives: usize,
     /// What was fitted.
     pub parameters: Vec<Estimate>,
     /// Axes of the added elastic coordinate, for causes that add one.
@@ -294,6 +296,8 @@ pub enum Shape {
     },
     /// All modes of a pose are off together.
     PoseByPose,
+    /// It follows what the arm carries: its inertia is another with each load.
+    Load,
     /// It follows the order of the rows.
     Order,
     /// It follows the temperature.

@@ -337,7 +337,7 @@ fn kind_of(cause: Cause) -> Option<ParameterKind> {
 
 /// Whether a parameter of a cause is among those of the posterior: springs that it adds are.
 fn is_of_posterior(candidate: &Candidate, parameter: &CauseParameter) -> bool {
-    let is_of_spring = ["stiffness_", "ratio_", "shift_ratio_"];
+    let is_of_spring = ["stiffness_", "ratio_", "shift_ratio_", "frequency_"];
     let is_of_spring = is_of_spring.iter().any(|start| parameter.name.starts_with(start));
     kind_of(candidate.cause).is_some() || (candidate.hinge.is_some() && is_of_spring)
 }

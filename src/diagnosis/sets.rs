@@ -71,7 +71,7 @@ struct TrialSet {
 
 /// The most promising sets of `size` causes near `model`, best first, each with parameters from
 /// which a fit may start; of the same causes at the same places only the most promising forms.
-/// Causes of the instrument stay as `model` has them.
+/// Causes that put another mode into a column stay as `model` has them.
 pub(super) fn sets<'c>(
     problem: &Problem<'_>,
     candidates: &'c [Candidate],
@@ -80,7 +80,7 @@ pub(super) fn sets<'c>(
     size: usize,
     count: usize,
 ) -> Vec<Hypothesis<'c>> {
-    let given = model.hypothesis.of_the_instrument();
+    let given = model.hypothesis.that_move_columns();
     let Some(size) = size.checked_sub(given.effects.len()).filter(|&size| size > 0) else {
         return Vec::new();
     };
@@ -127,7 +127,7 @@ pub(super) fn swaps<'c>(
     let effects = &model.hypothesis.effects;
     let is_one = |i: usize| effects.iter().any(|(c, _)| ptr::eq(*c, linear.members[i].candidate));
     let own: Vec<usize> = (0..linear.members.len()).filter(|&i| is_one(i)).collect();
-    let given = model.hypothesis.of_the_instrument();
+    let given = model.hypothesis.that_move_columns();
     let mut swaps = Vec::new();
     for &without in &own {
         let members = own.iter().copied().filter(|&i| i != without).collect();
@@ -152,7 +152,7 @@ fn effect_near(
     which: usize,
     candidate: &Candidate,
 ) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
-    if candidate.cause.is_of_the_instrument() {
+    if candidate.moves_columns() {
         return None;
     }
     let effects = &model.hypothesis.effects;

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::data::Data;
+use super::data::{Data, Load};
 use super::decorrelation::Decorrelation;
 use super::fit::Fit;
 use super::outcome::{Shape, Structure};
@@ -247,6 +247,28 @@ impl<'d> Shapes<'d> {
         shapes
     }
 
+    /// An arm of which each inertia is another with each load; `None` where all rows have the same
+    /// load, or hardly two have.
+    fn by_load(&self) -> Option<Columns> {
+        /// Most loads.
+        const MOST: usize = 4;
+        let rows = &self.data.rows;
+        let mut loads: Vec<&Load> = Vec::new();
+        for row in rows {
+            if !loads.contains(&&row.load) {
+                loads.push(&row.load);
+            }
+        }
+        let of = |load: &Load, coordinate: usize| {
+            self.column(&|i| {
+                let is_own = rows[self.data.points[i].row].load == *load;
+                if is_own { self.energy(i, coordinate, 1) } else { 0.0 }
+            })
+        };
+        let columns = loads.iter().flat_map(|load| (0..self.coordinates()).map(|c| of(load, c)));
+        (2..=MOST).contains(&loads.len()).then(|| columns.collect())
+    }
+
     /// What varies smoothly.
     fn smooth(&self) -> Vec<(Shape, Columns)> {
         let data = self.data;
@@ -281,6 +303,7 @@ impl<'d> Shapes<'d> {
                 shapes.push((Shape::SpringOverJoint { coordinate, joint }, columns));
             }
         }
+        shapes.extend(self.by_load().map(|columns| (Shape::Load, columns)));
         let powers = |of: &dyn Fn(usize) -> f64| -> Columns {
             vec![column(of), column(&|i| of(i).powi(2)), column(&|_| 1.0)]
         };

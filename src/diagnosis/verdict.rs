@@ -99,7 +99,9 @@ impl Judged {
             after.as_ref().is_some_and(|s| s.share >= MIN_SHARE) || !is_small(&choice.best.fit);
         let is_overwhelming =
             explained >= OVERWHELMING && square(&choice.best.fit).sqrt() <= uncalibrated_std_ln();
-        let worth = if is_overwhelming || !(is_left || shape_is_better) {
+        let is_at_bound = is_at_bound(&choice.best.fit);
+        let is_left = is_left || is_at_bound;
+        let worth = if is_overwhelming && !is_at_bound || !(is_left || shape_is_better) {
             Worth::All
         } else if shape_is_better || explained < MIN_EXPLAINED {
             Worth::Nothing
@@ -113,6 +115,14 @@ impl Judged {
 /// What the residual of a fit follows, if that is no chance.
 pub(super) fn significant(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structure> {
     structure(problem, fit).map(|found| found.clearest).filter(is_significant)
+}
+
+/// Whether the size of a cause ended where the search does: no cause of that size was meant.
+fn is_at_bound(fit: &Fit<'_>) -> bool {
+    fit.hypothesis.effects.iter().any(|(candidate, inner)| {
+        let size = candidate.parameters.first().zip(inner.first());
+        size.is_some_and(|(parameter, &inner)| parameter.is_at_bound(inner))
+    })
 }
 
 fn is_significant(structure: &Structure) -> bool {

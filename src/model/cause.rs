@@ -21,6 +21,8 @@ pub enum Cause {
     TransverseCompliance,
     /// A link itself bends.
     LinkFlexibility,
+    /// A part on a link (gripper, dress pack) has a natural frequency of its own.
+    LocalMode,
     /// The rotor's reflected inertia takes part.
     DriveInertia,
     /// A spring stiffens or softens with the gravity torque that it carries.
@@ -43,7 +45,7 @@ pub enum Cause {
 
 impl Cause {
     /// All causes, in the order of the documentation.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::JointStiffness,
         Self::LinkInertia,
         Self::ComOffset,
@@ -52,6 +54,7 @@ impl Cause {
         Self::BaseCompliance,
         Self::TransverseCompliance,
         Self::LinkFlexibility,
+        Self::LocalMode,
         Self::DriveInertia,
         Self::LoadDependentStiffness,
         Self::AmplitudeDependence,
@@ -74,6 +77,7 @@ impl Cause {
             Self::BaseCompliance => "base_compliance",
             Self::TransverseCompliance => "transverse_compliance",
             Self::LinkFlexibility => "link_flexibility",
+            Self::LocalMode => "local_mode",
             Self::DriveInertia => "drive_inertia",
             Self::LoadDependentStiffness => "load_dependent_stiffness",
             Self::AmplitudeDependence => "amplitude_dependence",
@@ -102,6 +106,7 @@ impl Cause {
             | Self::BaseCompliance
             | Self::TransverseCompliance
             | Self::LinkFlexibility
+            | Self::LocalMode
             | Self::DriveInertia
             | Self::GravityStiffness
             | Self::JointCoupling => Changes::Arm,

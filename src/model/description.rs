@@ -265,7 +265,7 @@ pub struct Correction {
     pub at: Option<String>,
     /// Values by name, in SI.
     pub parameters: Vec<(String, f64)>,
-    /// Where and how something gives, for the three causes that add an elastic coordinate.
+    /// Where and how something gives, for the causes that add an elastic coordinate.
     pub hinge: Option<Hinge>,
 }
 
@@ -311,6 +311,7 @@ impl Correction {
             Cause::Payload => &["mass_kg", "com_x_m", "com_y_m", "com_z_m", "gyration_m"],
             Cause::TransverseCompliance => &["stiffness_nm_per_rad", "ratio_2"],
             Cause::LinkFlexibility => &["stiffness_nm_per_rad", "position", "ratio_2", "ratio_3"],
+            Cause::LocalMode => &["frequency_hz", "mass_kg", "com_x_m", "com_y_m", "com_z_m"],
             Cause::DriveInertia => &["reflected_inertia_kgm2"],
             Cause::LoadDependentStiffness => &[
                 "change_per_nm",
@@ -372,6 +373,16 @@ impl Carries {
 }
 
 impl Hinge {
+    /// Along `axis`, at the origin of the link's frame.
+    pub fn shift(axis: Vector3<f64>) -> Self {
+        Self {
+            kind: CoordinateKind::Translation,
+            axes: vec![axis],
+            origin_m: Vector3::zeros(),
+            carries: Carries::Link,
+        }
+    }
+
     /// Whether it turns.
     pub fn turns(&self) -> bool {
         self.kind == CoordinateKind::Rotation

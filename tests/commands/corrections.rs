@@ -61,6 +61,35 @@ fn a_law_that_is_a_constant_leaves_frequencies_and_shares_of_that_constant() {
     }
 }
 
+/// A part that the arm does not feel adds its frequency to the arm's; one on a spring without end is
+/// a mass on the link.
+#[test]
+fn a_local_mode_is_the_parts_frequency_or_its_mass() {
+    let frequencies = |correction: &str, modes: usize| {
+        let mut rows = map(&[correction], &["f1", "f2", "f3"]);
+        rows.iter_mut().for_each(|row| row.truncate(modes));
+        rows
+    };
+    let plain = frequencies(SOFT, 2);
+    let light = "{cause: local_mode, parameters: {frequency_hz: 12.5}}";
+    let both = map(&[SOFT, light], &["f1_hz", "f2_hz", "f3_hz"]);
+    for (found, plain) in both.iter().zip(&plain) {
+        let mut expected = [plain.clone(), vec![12.5]].concat();
+        expected.sort_by(f64::total_cmp);
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!((found / expected - 1.0).abs() < 1e-3, "{found:?}, must be {expected:?}");
+        }
+    }
+    let rigid = "{cause: local_mode, at: tool0, parameters: {frequency_hz: 1e6, mass_kg: 6}, \
+                 kind: translation, axes: [[1, 0, 0]], origin_m: [0.1, 0, 0.2]}";
+    let mass = "{cause: payload, at: tool0, parameters: {mass_kg: 6, com_x_m: 0.1, com_z_m: 0.2}}";
+    for (found, expected) in frequencies(rigid, 2).iter().zip(&frequencies(mass, 2)) {
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found:?}, must be {expected:?}");
+        }
+    }
+}
+
 /// A coupled spring holds the energy of both deflections.
 #[test]
 fn shares_add_up_to_one() {
@@ -118,7 +147,7 @@ policy: {tooth_passing_harmonics: 6, spindle_harmonics: 0}
 
 /// Robot, correction, what is said.
 #[rustfmt::skip]
-const REFUSED: [(&str, &str, &str); 27] = [
+const REFUSED: [(&str, &str, &str); 33] = [
     // Units that are not the joint's.
     ("irb1600/planar.yaml", "{cause: joint_stiffness, at: joint_2, parameters: {stiffness_n_per_m: 1000}}", "stiffness_n_per_m is 1000, must be stiffness_nm_per_rad, as joint 'joint_2' turns"),
     ("rail-mill/robot.yaml", "{cause: joint_stiffness, at: track, parameters: {stiffness_nm_per_rad: 1000}}", "stiffness_nm_per_rad is 1000, must be stiffness_n_per_m, as joint 'track' is prismatic"),
@@ -140,6 +169,12 @@ const REFUSED: [(&str, &str, &str); 27] = [
     ("irb1600/planar.yaml", "{cause: load_dependent_stiffness, at: joint_2, parameters: {change_per_nm: 0.001, saturation_nm: -1}}", "saturation_nm is -1, must be positive"),
     ("irb1600/planar.yaml", "{cause: drive_inertia, at: joint_2, parameters: {reflected_inertia_kgm2: -1}}", "reflected_inertia_kgm2 is -1, must not be negative"),
     ("irb1600/planar.yaml", "{cause: missed_mode, at: '1', parameters: {share: 2}}", "share is 2, must be from 0 to 1"),
+    ("irb1600/planar.yaml", "{cause: local_mode, parameters: {frequency_hz: 0}}", "frequency_hz is 0, must be positive"),
+    ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: -1}, kind: translation, axes: [[1, 0, 0]]}", "mass_kg is -1, must be positive"),
+    ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: 1}, kind: rotation, axes: [[1, 0, 0]]}", "kind is rotation, must be translation"),
+    ("irb1600/planar.yaml", "{cause: local_mode, parameters: {frequency_hz: 12, mass_kg: 1}}", "mass_kg is 1, must be absent without 'at'"),
+    ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12}}", "parameter 'mass_kg' is missing"),
+    ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: 1}}", "axes are missing"),
     // Places without an effect.
     ("irb1600/planar.yaml", "{cause: joint_coupling, at: joint_2, parameters: {ratio: 0.5}}", "at is 'joint_2', must be one elastic joint with another before it"),
     ("irb1600/planar.yaml", "{cause: joint_coupling, at: all, parameters: {ratio: 0.5}}", "at is 'all', must be one elastic joint with another before it"),

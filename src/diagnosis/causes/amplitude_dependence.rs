@@ -1,7 +1,7 @@
 //! The spring changes with the level of excitation: k (1 + c A), k (factor + c (A − A_0)), or by a
 //! power of A/A_0, A_0 the table's median.
 
-use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, WITH_FACTOR, factor};
+use super::{Arm, CONTAINS_PLAIN, Candidate, Cause, CauseText, Parameter, Scale, factor};
 
 pub(super) const TEXT: CauseText = CauseText {
     description: "the stiffness depends on the level of excitation",
@@ -34,8 +34,8 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             let reference = vec![("reference_nm", typical)];
             let forms = [
                 (vec![change.clone()], 0.0, Vec::new()),
-                (vec![change, factor()], WITH_FACTOR, reference.clone()),
-                (vec![exponent, factor()], WITH_FACTOR, reference),
+                (vec![change, factor()], CONTAINS_PLAIN, reference.clone()),
+                (vec![exponent, factor()], CONTAINS_PLAIN, reference),
             ];
             forms.map(|(parameters, plausibility, fixed)| {
                 let candidate =

@@ -2,7 +2,7 @@
 //! k (1 + c |τ| / (1 + |τ|/τ_s)), about another constant than the file's, or in the three slopes of
 //! a gear.
 
-use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, WITH_FACTOR, factor, ratio};
+use super::{Arm, CONTAINS_PLAIN, Candidate, Cause, CauseText, Parameter, Scale, factor, ratio};
 
 pub(super) const TEXT: CauseText = CauseText {
     description: "the stiffness depends on the gravity torque on the joint",
@@ -61,9 +61,9 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             let forms = [
                 (vec![change.clone()], 0.0, None),
                 (vec![steep.clone(), saturation.clone()], 0.0, None),
-                (vec![change, factor()], WITH_FACTOR, Some(middle)),
-                (vec![steep, saturation, factor()], WITH_FACTOR, Some(middle)),
-                (slopes, WITH_FACTOR, None),
+                (vec![change, factor()], CONTAINS_PLAIN, Some(middle)),
+                (vec![steep, saturation, factor()], CONTAINS_PLAIN, Some(middle)),
+                (slopes, CONTAINS_PLAIN, None),
             ];
             forms.map(|(parameters, plausibility, reference)| {
                 let candidate =

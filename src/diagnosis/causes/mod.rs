@@ -13,6 +13,7 @@ mod joint_zero_offset;
 mod link_flexibility;
 mod link_inertia;
 mod load_dependent_stiffness;
+mod local_mode;
 mod missed_mode;
 mod payload;
 mod position_dependent_stiffness;
@@ -59,6 +60,7 @@ fn of(cause: Cause) -> (CauseText, fn(&Arm<'_>) -> Vec<Candidate>) {
             (transverse_compliance::TEXT, transverse_compliance::candidates)
         }
         Cause::LinkFlexibility => (link_flexibility::TEXT, link_flexibility::candidates),
+        Cause::LocalMode => (local_mode::TEXT, local_mode::candidates),
         Cause::DriveInertia => (drive_inertia::TEXT, drive_inertia::candidates),
         Cause::LoadDependentStiffness => {
             (load_dependent_stiffness::TEXT, load_dependent_stiffness::candidates)
@@ -102,9 +104,9 @@ fn ratio(name: &'static str, spread: f64) -> Parameter {
     }
 }
 
-/// A law with a factor holds the plain stiffness as a special case, so it is an alternative of that
-/// only where the law itself shows.
-const WITH_FACTOR: f64 = -2.0;
+/// A law with a factor holds the plain stiffness as a special case, as a part that the arm feels
+/// does one that it does not, so it is an alternative of that only where the law itself shows.
+const CONTAINS_PLAIN: f64 = -2.0;
 
 /// The share of a spring where its law is centred.
 fn factor() -> Parameter {

@@ -1,7 +1,7 @@
 //! The spring of one joint or of all changes with temperature: k (1 + c (T − 20 °C)), or
 //! k (factor + c (T − T_0)), T_0 the table's median.
 
-use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, WITH_FACTOR, factor};
+use super::{Arm, CONTAINS_PLAIN, Candidate, Cause, CauseText, Parameter, Scale, factor};
 use crate::model::{ALL_JOINTS, REFERENCE_TEMPERATURE_C};
 
 pub(super) const TEXT: CauseText = CauseText {
@@ -28,7 +28,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             };
             let forms = [
                 (vec![change.clone()], 0.0, Vec::new()),
-                (vec![change, factor()], WITH_FACTOR, vec![("reference_c", typical)]),
+                (vec![change, factor()], CONTAINS_PLAIN, vec![("reference_c", typical)]),
             ];
             forms.map(|(parameters, plausibility, fixed)| {
                 let candidate = Candidate::new(Cause::TemperatureDrift, place, parameters);

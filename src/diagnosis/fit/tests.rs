@@ -150,7 +150,14 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
     let warm = vec![linear("change_per_k")];
     let mut centred = Candidate::new(Cause::TemperatureDrift, "all", warm);
     centred.fixed = vec![("reference_c", 31.0)];
+    let mut hung = Candidate::new(
+        Cause::LocalMode,
+        "l2",
+        vec![log("frequency_hz"), log("mass_kg"), linear("com_x_m")],
+    );
+    hung.hinge = Some(Hinge { origin_m, ..Hinge::shift(Vector3::z()) });
     let cases = [
+        (hung, vec![2.5, 1.0, 2.0]),
         (unlike, vec![14.0, 15.0, 0.4, -0.3, 3.0]),
         (Candidate::new(Cause::LinkInertia, "l2", spread), vec![0.2, 0.3, -0.2]),
         (Candidate::new(Cause::PositionDependentStiffness, "j2", waves), vec![1.0, -2.0, 11.0]),

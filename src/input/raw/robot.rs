@@ -257,12 +257,13 @@ pub(in crate::input) struct Correction {
     pub(in crate::input) parameters: Option<BTreeMap<String, f64>>,
     /// 95 % interval of each value.
     pub(in crate::input) ci95: Option<BTreeMap<String, [f64; 2]>>,
-    /// For base_compliance, transverse_compliance and link_flexibility: turns or shifts.
+    /// For base_compliance, transverse_compliance, link_flexibility and local_mode (which shifts):
+    /// turns or shifts.
     pub(in crate::input) kind: Option<ExtraKind>,
-    /// For these three: about or along which axes, in the link's frame (for a joint, its child
+    /// For these four: about or along which axes, in the link's frame (for a joint, its child
     /// link's).
     pub(in crate::input) axes: Option<Vec<[f64; 3]>>,
-    /// For these three: a point of the axes in that frame, m; [0, 0, 0] if absent.
+    /// For these four: a point of the axes in that frame, m; [0, 0, 0] if absent.
     #[schemars(extend("default" = [0, 0, 0]))]
     pub(in crate::input) origin_m: Option<[f64; 3]>,
     /// For link_flexibility: what of the link's own body moves; all of it if absent.

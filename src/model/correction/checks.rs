@@ -3,7 +3,7 @@
 
 use super::ALL_JOINTS;
 use crate::model::cause::Cause;
-use crate::model::description::{Correction, Description, JointKind};
+use crate::model::description::{Correction, Description, Hinge, JointKind};
 use crate::notes::{Code, Note, Part, Place};
 
 impl Description {
@@ -46,6 +46,19 @@ impl Check<'_> {
                 let scales = |name: &&&str| name.contains("stiffness") || name.contains("ratio");
                 names.iter().filter(scales).for_each(|name| self.positive(name));
                 self.share("position");
+            }
+            Cause::LocalMode => {
+                ["frequency_hz", "mass_kg"].into_iter().for_each(|name| self.positive(name));
+                if self.correction.hinge.as_ref().is_some_and(Hinge::turns) {
+                    self.refuse("kind", "kind is rotation, must be translation".to_owned());
+                }
+                let of_a_place = ["mass_kg", "com_x_m", "com_y_m", "com_z_m"];
+                for name in of_a_place.into_iter().filter(|_| self.correction.at.is_none()) {
+                    if let Some(value) = self.value(name) {
+                        let what = format!("{name} is {value}, must be absent without 'at'");
+                        self.refuse(name, what);
+                    }
+                }
             }
             Cause::LoadDependentStiffness => {
                 self.turns("the law is of a torque");

@@ -1,6 +1,6 @@
 //! Where and how a foundation, a joint or a link gives: elastic coordinates put into a description.
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use crate::model::description::{
     Carries, Description, ExtraCoordinate, Hinge, Inertial, Joint, JointKind, Link,
@@ -35,10 +35,37 @@ impl Hinge {
             }
             Carries::Rest => beyond(description, at, None),
         };
+        self.give(description, &moved, name, stiffnesses);
+    }
+
+    /// Hangs a point mass on the link `at`, that moves along the axes against springs of
+    /// `stiffness`, N/m, called `name`.
+    pub(super) fn hang(
+        &self,
+        description: &mut Description,
+        at: &str,
+        name: &str,
+        mass_kg: f64,
+        stiffness: f64,
+    ) {
+        let point = Inertial { mass_kg, ..Inertial::none() };
+        description.links.push(Link {
+            name: name.to_owned(),
+            inertial: Some(point),
+            ..Link::default()
+        });
+        let origin = Isometry3::from_parts(self.origin_m.into(), UnitQuaternion::identity());
+        weld(description, at, name, format!("{name}, its spring"), origin);
+        let own = Self { origin_m: Vector3::zeros(), ..self.clone() };
+        own.give(description, name, name, &[stiffness]);
+    }
+
+    /// One coordinate of the link `moved` an axis.
+    fn give(&self, description: &mut Description, moved: &str, name: &str, stiffnesses: &[f64]) {
         for (i, axis) in self.axes.iter().enumerate() {
             description.extra.push(ExtraCoordinate {
                 name: if i == 0 { name.to_owned() } else { format!("{name}, {}", i + 1) },
-                link: moved.clone(),
+                link: moved.to_owned(),
                 kind: self.kind,
                 axis: *axis,
                 origin_m: self.origin_m,
@@ -48,6 +75,27 @@ impl Hinge {
             });
         }
     }
+}
+
+/// Welds the link `child` onto `parent`.
+fn weld(
+    description: &mut Description,
+    parent: &str,
+    child: &str,
+    name: String,
+    origin: Isometry3<f64>,
+) {
+    description.joints.push(Joint {
+        name,
+        kind: JointKind::Fixed,
+        parent: parent.to_owned(),
+        child: child.to_owned(),
+        origin,
+        axis: Vector3::x(),
+        position_limit: None,
+        velocity_limit: None,
+        mimics: None,
+    });
 }
 
 /// A new link in the place of `at`, with all that `at` carries and `body`.
@@ -63,17 +111,7 @@ fn beyond(description: &mut Description, at: &str, body: Option<Inertial>) -> St
         has_geometry: false,
         ..whole
     });
-    description.joints.push(Joint {
-        name: format!("{at}, its hinge"),
-        kind: JointKind::Fixed,
-        parent: at.to_owned(),
-        child: rest.clone(),
-        origin: Isometry3::identity(),
-        axis: Vector3::x(),
-        position_limit: None,
-        velocity_limit: None,
-        mimics: None,
-    });
+    weld(description, at, &rest, format!("{at}, its hinge"), Isometry3::identity());
     rest
 }
 

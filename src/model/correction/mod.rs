@@ -17,6 +17,7 @@ use super::description::{
     JointKind, Link,
 };
 use crate::notes::{Code, Note, Part, Place};
+use crate::units::rad_per_s_from_hz;
 
 /// The place of a cause that all elastic joints have in common.
 pub const ALL_JOINTS: &str = "all";
@@ -103,6 +104,7 @@ impl Correction {
             Cause::BaseCompliance | Cause::TransverseCompliance | Cause::LinkFlexibility => {
                 self.give(description, at)?;
             }
+            Cause::LocalMode => self.hang(description)?,
             Cause::DriveInertia => {
                 joint(description, at)?;
                 let reflected_inertia_kgm2 = needed("reflected_inertia_kgm2")?;
@@ -205,6 +207,7 @@ impl Correction {
             | Cause::BaseCompliance
             | Cause::TransverseCompliance
             | Cause::LinkFlexibility
+            | Cause::LocalMode
             | Cause::DriveInertia
             | Cause::GravityStiffness
             | Cause::AliasedMode
@@ -249,6 +252,33 @@ impl Correction {
                 &unlike.map(|of| of * shifting),
             );
         }
+        Ok(())
+    }
+
+    /// Hangs a part on a link, on a spring of its own: on a rigid link it has the frequency given.
+    /// Without a place it is too light for the arm to feel it.
+    fn hang(&self, description: &mut Description) -> Result<(), String> {
+        /// What no arm feels, as a share of the mass of its links.
+        const LIGHT: f64 = 1e-8;
+        let frequency_hz =
+            self.value("frequency_hz").ok_or("parameter 'frequency_hz' is missing")?;
+        let (at, mass_kg, mut hinge) = match &self.at {
+            Some(at) => (
+                link(description, at)?.name.clone(),
+                self.value("mass_kg").ok_or("parameter 'mass_kg' is missing")?,
+                self.hinge.clone().ok_or("axes are missing")?,
+            ),
+            None => {
+                let last = description.joints.iter().rfind(|joint| joint.kind.moves());
+                let links = description.links.iter().filter_map(|link| link.inertial);
+                let total_kg: f64 = links.map(|body| body.mass_kg).sum();
+                let at = last.ok_or("the arm has no joint that moves")?.child.clone();
+                (at, LIGHT * total_kg, Hinge::shift(Vector3::z()))
+            }
+        };
+        hinge.origin_m += vector(["com_x_m", "com_y_m", "com_z_m"].map(|name| self.value(name)));
+        let stiffness = mass_kg * rad_per_s_from_hz(frequency_hz).powi(2);
+        hinge.hang(description, &at, &format!("{} at {at}", self.cause), mass_kg, stiffness);
         Ok(())
     }
 }

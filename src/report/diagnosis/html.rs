@@ -79,11 +79,7 @@ fn card(found: &Finding) -> String {
         "evidence",
         format!("p-value {}, ΔBIC {:+.1}", words::p_value(evidence.p_value), evidence.delta_bic),
     ));
-    let alternatives: Vec<String> =
-        found.indistinguishable_from.iter().map(|suspect| suspect.label()).collect();
-    if !alternatives.is_empty() {
-        facts.push(("or", alternatives.join("; ")));
-    }
+    facts.extend(words::alternatives(found).map(|all| ("or", all)));
     facts.push(("test", found.text.test.to_owned()));
     let heading = page::text(&words::finding(found));
     format!("<article class=\"card clear\"><h3>{heading}</h3>\n{}</article>\n", page::facts(&facts))

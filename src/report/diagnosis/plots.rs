@@ -247,6 +247,7 @@ fn followed(shape: &Shape, d: &Diagnosis) -> Option<usize> {
         | Shape::SpringByPose { .. }
         | Shape::InertiaByPose { .. }
         | Shape::PoseByPose
+        | Shape::Load
         | Shape::Order => Covariate::Row,
     };
     covariates(d).iter().position(|c| *c == covariate)

@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use super::words::{estimate, finding, left_out, p_value, position, structure, symmetry, verdict};
+use super::words::{
+    alternatives, estimate, finding, left_out, p_value, position, structure, symmetry, verdict,
+};
 use crate::diagnosis::{Diagnosis, Finding, LearnedDamping, NextPose, Verdict};
 use crate::study::diagnose::Diagnosed;
 use crate::units::percent_from_ratio;
@@ -67,16 +69,10 @@ fn one_finding(out: &mut String, number: usize, found: &Finding) {
         found.gain_percent_points
     );
     wrapped(out, "     gain          ", &gain);
-    let alternatives: Vec<String> =
-        found.indistinguishable_from.iter().map(|suspect| suspect.label()).collect();
-    let alternatives = if alternatives.is_empty() {
-        "none: no other cause fits nearly as well".to_owned()
-    } else {
-        format!(
-            "{} (these data cannot separate them; the intervals include them)",
-            alternatives.join("; ")
-        )
-    };
+    let alternatives = alternatives(found).map_or_else(
+        || "none: no other cause fits nearly as well".to_owned(),
+        |all| format!("{all} (these data cannot separate them; the intervals include them)"),
+    );
     wrapped(out, "     alternatives  ", &alternatives);
     let confounded = format!("often confounded with {}", found.text.confounded_with);
     wrapped(out, "     caution       ", &confounded);

@@ -164,6 +164,15 @@ pub(super) fn symmetry(symmetry: &Symmetry) -> Option<String> {
     Some(text)
 }
 
+/// What else a finding may be; `None` if nothing.
+pub(super) fn alternatives(found: &Finding) -> Option<String> {
+    let own = found.indistinguishable_from.iter().map(|suspect| suspect.label());
+    let more = found.further_alternatives;
+    let more = (more > 0).then(|| format!("and {more} more"));
+    let all: Vec<String> = own.chain(more).collect();
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
 /// What a residual follows, in words.
 pub(super) fn structure(structure: &Structure, diagnosis: &Diagnosis) -> String {
     let joint = |joint: usize| diagnosis.joints.get(joint).map_or("?", |(name, _)| name.as_str());
@@ -189,6 +198,7 @@ pub(super) fn structure(structure: &Structure, diagnosis: &Diagnosis) -> String 
             format!("as if the inertia behind {} varied from pose to pose", spring(coordinate))
         }
         Shape::PoseByPose => "all modes of a pose are off together".to_owned(),
+        Shape::Load => "as if the inertia of the arm were another with each load".to_owned(),
         Shape::Order => "it follows the order of the rows".to_owned(),
         Shape::Temperature => "it follows the temperature".to_owned(),
         Shape::Amplitude => "it follows the level of excitation".to_owned(),

@@ -6,7 +6,7 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 
-use super::world::{Beam, Gear, Real, Servo, Spring};
+use super::world::{Beam, Gear, Hung, Real, Servo, Spring};
 use crate::truth::arm::{Arm, BASE, Body, Kind, TIP};
 use crate::truth::case::rms;
 use crate::truth::dice::Dice;
@@ -15,7 +15,7 @@ use crate::truth::world::Row;
 use crate::truth::write::{self, Columns};
 
 /// Every kind of case; those of [`CALM`] hide nothing.
-pub(super) const KINDS: [&str; 22] = [
+pub(super) const KINDS: [&str; 23] = [
     "inertia",
     "base3",
     "base6",
@@ -38,6 +38,7 @@ pub(super) const KINDS: [&str; 22] = [
     "calm_drift",
     "calm_common",
     "calm_unlike",
+    "hung",
 ];
 
 /// Tables are rounded to this, Hz.
@@ -131,7 +132,7 @@ impl Case {
             }
             _ => {}
         }
-        let effect = effect(kind, &nominal, &rows, dice)?;
+        let effect = effect(kind, &nominal, (&rows, modes), dice)?;
         let mut told = nominal.clone();
         let plain = match effect.rigid.first() {
             None => Real::of(&nominal),
@@ -224,6 +225,7 @@ impl Case {
                 vec![("mass_kg", real.carried[0].1.mass_kg)]
             }
             "belt" => vec![("ratio", real.belts[0].1)],
+            "hung" => vec![("frequency_hz", real.hung[0].frequency_hz)],
             // The law about a torque where it is not 1 has the factor for it.
             "leaning" if named.contains(&"factor") => match &real.gears[0].1 {
                 Gear::Leaning { c, largest_nm } => vec![("change_per_nm", c / largest_nm)],
@@ -363,7 +365,12 @@ fn sized(effect: &Effect, plain: &Real, rows: &[Row], modes: usize, wanted: f64)
     Some(at(high).1)
 }
 
-fn effect(kind: &'static str, arm: &Arm, rows: &[Row], dice: &mut Dice) -> Option<Effect> {
+fn effect(
+    kind: &'static str,
+    arm: &Arm,
+    (rows, modes): (&[Row], usize),
+    dice: &mut Dice,
+) -> Option<Effect> {
     let n = arm.joints.len();
     let joint = dice.index(n.min(4));
     let link = joint + 1;
@@ -480,10 +487,32 @@ fn effect(kind: &'static str, arm: &Arm, rows: &[Row], dice: &mut Dice) -> Optio
             let belt = move |real: &mut Real, size: f64| real.belts.push((joint, sign * size));
             (one("joint_coupling", &arm.joints[joint].name), Box::new(belt))
         }
+        "hung" => (hung_at(arm), hung(arm, (rows, modes), dice)),
         "calm_drift" | "calm_common" | "calm_unlike" => (Vec::new(), Box::new(|_, _| {})),
         other => panic!("no kind is called {other}"),
     };
     Some(Effect { hidden, rigid: Vec::new(), apply })
+}
+
+/// Where a part is that the arm does not feel cannot be told.
+fn hung_at(arm: &Arm) -> Vec<Hidden> {
+    let link = arm.joints[arm.joints.len() - 1].link.clone();
+    vec![Hidden { cause: "local_mode", at: vec![TIP.to_owned(), link, String::new()] }]
+}
+
+/// Its frequency comes down among the arm's, from where it takes the last column at half of the poses.
+fn hung(arm: &Arm, (rows, modes): (&[Row], usize), dice: &mut Dice) -> Apply {
+    let real = Real::of(arm);
+    let mut last_hz: Vec<f64> =
+        rows.iter().map(|row| real.frequencies_hz(row, modes)[modes - 1]).collect();
+    last_hz.sort_by(f64::total_cmp);
+    let highest_hz = last_hz[last_hz.len() / 2];
+    let mass_kg = dice.log_even(0.02, 4.0);
+    let axis = [Vector3::x(), Vector3::y(), Vector3::z()][dice.index(3)];
+    Box::new(move |real, size| {
+        let frequency_hz = highest_hz * (-2.0 * size).exp();
+        real.hung.push(Hung { mass_kg, frequency_hz, axis });
+    })
 }
 
 fn payload_at(arm: &Arm) -> Vec<Hidden> {

@@ -1,5 +1,7 @@
 //! The arm as it really is, as a chain of elements ([`crate::truth::dynamics`]).
 
+use std::f64::consts::TAU;
+
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use crate::truth::arm::{Arm, Body, GRAVITY_M_PER_S2, Kind};
@@ -84,6 +86,22 @@ pub(super) struct Servo {
     pub(super) rotor_kgm2: f64,
 }
 
+/// A gripper or a cable at the tip, as stiff on its spring as its own frequency says.
+#[derive(Debug, Clone)]
+pub(super) struct Hung {
+    pub(super) mass_kg: f64,
+    pub(super) frequency_hz: f64,
+    pub(super) axis: Vector3<f64>,
+}
+
+impl Hung {
+    /// Of some size: the engine's is a point.
+    fn body(&self) -> Body {
+        let edges = Vector3::new(0.12, 0.08, 0.05);
+        Body::block(self.mass_kg, 0.5 * edges, edges, Matrix3::identity())
+    }
+}
+
 /// The arm as it is.
 #[derive(Debug, Clone)]
 pub(super) struct Real {
@@ -94,6 +112,8 @@ pub(super) struct Real {
     pub(super) servos: Vec<Servo>,
     /// Bodies on links, in their frames.
     pub(super) carried: Vec<(usize, Body)>,
+    /// Parts at the tip, each on a spring along an axis.
+    pub(super) hung: Vec<Hung>,
     /// A belt: the spring of this joint also feels so much of the deflection of the joint before.
     pub(super) belts: Vec<(usize, f64)>,
 }
@@ -115,6 +135,7 @@ impl Real {
             gears: Vec::new(),
             servos: Vec::new(),
             carried: Vec::new(),
+            hung: Vec::new(),
             belts: Vec::new(),
         }
     }
@@ -141,6 +162,14 @@ impl Real {
             chain.push(Element::Body(payload.pseudo_inertia()));
         }
         chain.push(Element::Body(Body::point(row.payload_kg, Vector3::zeros()).pseudo_inertia()));
+        for part in &self.hung {
+            let turns = TAU * part.frequency_hz;
+            chain.push(Element::Spring(shift(&part.axis)));
+            let (gear, rotor_kgm2) = (None, 0.0);
+            let stiffness = part.mass_kg * turns * turns;
+            coordinates.push(Coordinate { stiffness, gear, rotor_kgm2 });
+            chain.push(Element::Body(part.body().pseudo_inertia()));
+        }
         (chain, coordinates)
     }
 
