@@ -50,8 +50,8 @@ impl Parameter {
         inner.clamp(low, high)
     }
 
-    /// Whether a fit ended where the search does, and not where physics does: nothing below zero, and
-    /// no more mass taken off than there is.
+    /// Whether a fit ended where the search does, and not where physics does: nothing below zero,
+    /// and no more mass taken off than there is.
     pub(super) fn is_at_bound(&self, inner: f64) -> bool {
         let [low, high] = self.bounds.map(|bound| self.inner(bound));
         let is_at = |bound: f64| (inner - bound).abs() <= 1e-9 * (1.0 + bound.abs());

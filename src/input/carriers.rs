@@ -11,13 +11,16 @@ pub(in crate::input) struct Carriers<'j> {
     pub(in crate::input) own: Arc<Robot>,
     /// What its tip carries by the robot's file, corrections included; `None` where it says nothing.
     pub(in crate::input) own_kg: Option<f64>,
+    /// What corrections hang on its tip on springs of its own, kg.
+    pub(in crate::input) hung_kg: f64,
     others: Vec<(Option<Inertial>, Arc<Robot>)>,
 }
 
 impl<'j> Carriers<'j> {
     pub(in crate::input) fn new(described: &'j DescribedRobot, own: Arc<Robot>) -> Self {
         let own_kg = own.carried_kg(&described.description);
-        Self { described, own, own_kg, others: Vec::new() }
+        let hung_kg = own.hung_kg(&described.description);
+        Self { described, own, own_kg, hung_kg, others: Vec::new() }
     }
 
     /// Mass at the tip by the robot's file, and with what its corrections put there, kg; `None`

@@ -297,6 +297,7 @@ fn corrections(raw: &raw::Robot, tree: &Node, notes: &mut Notes) -> Vec<Correcti
         let hinge = raw.axes.as_ref().map(|axes| Hinge {
             kind: match raw.kind {
                 Some(raw::ExtraKind::Translation) => CoordinateKind::Translation,
+                None if cause == Cause::LocalMode => CoordinateKind::Translation,
                 _ => CoordinateKind::Rotation,
             },
             axes: axes.iter().map(|&axis| axis.into()).collect(),

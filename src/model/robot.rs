@@ -320,19 +320,42 @@ impl Robot {
         Some(payload_kg.unwrap_or(0.0) + of_links(own)? - of_links(&bare)?)
     }
 
+    /// Mass of the parts with a natural frequency of their own that corrections hang on the tip's
+    /// body, kg.
+    pub fn hung_kg(&self, own: &Description) -> f64 {
+        let parts = own.corrections.iter().filter(|correction| {
+            correction.cause == Cause::LocalMode
+                && correction.at.as_deref().is_some_and(|at| self.is_at_tip(at))
+        });
+        parts.filter_map(|part| part.value("mass_kg")).sum()
+    }
+
+    /// Whether a link belongs to the tip's body.
+    fn is_at_tip(&self, link: &str) -> bool {
+        let mut here = self.bodies.iter().filter(|body| body.node == self.tip_node);
+        link == self.tip_link || here.any(|body| body.link == link)
+    }
+
+    /// Parts too light for the arm to feel them: the coordinate of each, and what it carries, kg.
+    pub(crate) fn light_parts(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        /// Of the mass that moves.
+        const LIGHT: f64 = 1e-6;
+        let carried = self.coordinates.iter().enumerate().map(|(i, coordinate)| {
+            let slides = coordinate.kind == CoordinateKind::Translation;
+            (i, if slides { self.nodes[coordinate.node].subtree_mass_kg } else { 0.0 })
+        });
+        carried.filter(|(_, kg)| *kg > 0.0 && *kg < LIGHT * self.moving_mass_kg)
+    }
+
     /// `own` without the payloads that corrections put on the tip's body, and without what was
     /// learned of a link that is nothing but such a payload.
     fn without_carried_corrections(&self, own: &Description) -> Description {
-        let at_tip = |link: &str| {
-            let mut here = self.bodies.iter().filter(|body| body.node == self.tip_node);
-            link == self.tip_link || here.any(|body| body.link == link)
-        };
         let is_massless = |link: &str| {
             own.links.iter().any(|other| other.name == link && other.inertial.is_none())
         };
         let mut description = own.clone();
         description.corrections.retain(|correction| {
-            let at = correction.at.as_deref().filter(|at| at_tip(at));
+            let at = correction.at.as_deref().filter(|at| self.is_at_tip(at));
             !at.is_some_and(|at| match correction.cause {
                 Cause::Payload => true,
                 Cause::LinkInertia | Cause::ComOffset => is_massless(at),
@@ -346,7 +369,7 @@ impl Robot {
         {
             posterior.retain(|learned| {
                 learned.kind != ParameterKind::Link
-                    || !(at_tip(&learned.at) && is_massless(&learned.at))
+                    || !(self.is_at_tip(&learned.at) && is_massless(&learned.at))
             });
         }
         description

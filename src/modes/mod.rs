@@ -14,7 +14,9 @@ mod statics;
 mod tracking;
 
 pub use pencil::Pencil;
-pub use receptance::{peak_tip_compliance_m_per_n, tip_receptance_m_per_n};
+pub use receptance::{
+    peak_tip_compliance_m_per_n, peak_tip_compliances_m_per_n, tip_receptance_m_per_n,
+};
 pub use solver::{ModalSolver, Modes};
 pub use statics::{Principal, Statics};
 pub use tracking::{Follow, Tracker, mac};

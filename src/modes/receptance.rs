@@ -3,6 +3,7 @@
 use nalgebra::{Complex, Matrix6xX, Unit, Vector3};
 
 use super::solver::Modes;
+use crate::model::Robot;
 use crate::units::rad_per_s_from_hz;
 
 /// G(ω) = Σ_r (dᵀ J φ_r)² / (ω_r² − ω² + 2 i ζ_r ω_r ω) at the point of `tip_jacobian`, m/N:
@@ -37,6 +38,30 @@ pub fn peak_tip_compliance_m_per_n(modes: &Modes, tip_jacobian: &Matrix6xX<f64>,
     let omega_r = rad_per_s_from_hz(modes.natural_frequencies_hz[r]);
     tip_motion(modes, tip_jacobian, r).norm_squared()
         / (2.0 * modes.damping_ratios[r] * omega_r * omega_r)
+}
+
+/// The same of every mode of `robot`. What the mode of a part that the arm does not feel does to
+/// the tool tip nobody knows: as much as the arm's own that moves it most.
+pub fn peak_tip_compliances_m_per_n(
+    robot: &Robot,
+    modes: &Modes,
+    tip_jacobian: &Matrix6xX<f64>,
+    out: &mut [f64],
+) {
+    for (r, of_mode) in out.iter_mut().enumerate() {
+        *of_mode = peak_tip_compliance_m_per_n(modes, tip_jacobian, r);
+    }
+    if robot.light_parts().next().is_none() {
+        return;
+    }
+    // Half of the kinetic energy and more.
+    let is_of_part =
+        |r: usize| robot.light_parts().any(|(i, kg)| kg * modes.shapes[(i, r)].powi(2) > 0.5);
+    let own = (0..out.len()).filter(|&r| !is_of_part(r));
+    let loudest = own.map(|r| out[r]).fold(0.0, f64::max);
+    for r in (0..out.len()).filter(|&r| is_of_part(r)) {
+        out[r] = loudest;
+    }
 }
 
 /// J φ_r, the translational part.

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix6xX};
 
 use super::timed_path::{Path, PathReader};
 use crate::model::{IkFault, PoseFault, Robot, elastic_jacobian};
-use crate::modes::{ModalSolver, Modes, peak_tip_compliance_m_per_n};
+use crate::modes::{ModalSolver, Modes, peak_tip_compliances_m_per_n};
 use crate::notes::{Code, Note, Place};
 
 /// The arm has no modes at a place of the path.
@@ -81,9 +81,8 @@ impl<'p, 'a> Surveyor<'p, 'a> {
         self.solver.solve(&self.q).map_err(|fault| no_modes_at(self.path, s, &fault))?;
         let tcp = tcp.translation.vector.into();
         elastic_jacobian(self.path.robot(), self.solver.placement(), &tcp, &mut self.jacobian);
-        for (r, tip) in self.tip_m_per_n.iter_mut().enumerate() {
-            *tip = peak_tip_compliance_m_per_n(self.solver.modes(), &self.jacobian, r);
-        }
+        let (robot, modes) = (self.path.robot(), self.solver.modes());
+        peak_tip_compliances_m_per_n(robot, modes, &self.jacobian, &mut self.tip_m_per_n);
         Ok(self.solver.modes())
     }
 

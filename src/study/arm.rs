@@ -16,7 +16,7 @@ use crate::model::{
     CoordinateKind, NodeMotion, PlacedMesh, PoseFault, Robot, UncertainBody, elastic_jacobian,
     forward_kinematics,
 };
-use crate::modes::{ModalSolver, peak_tip_compliance_m_per_n};
+use crate::modes::{ModalSolver, peak_tip_compliances_m_per_n};
 use crate::notes::Note;
 use crate::path::{Path, Surveyor};
 use crate::risk::{OperationRisk, Paths, Sample, closest_approach, in_operation};
@@ -203,8 +203,8 @@ pub fn arm_at_poses(robot: &Robot, block: &Block, meshes: &Meshes) -> Result<Mov
         let tip = forward_kinematics(robot, solver.placement());
         elastic_jacobian(robot, solver.placement(), &Point3::origin(), &mut jacobian);
         let count = modes.natural_frequencies_hz.len();
-        let tip_response_m_per_n =
-            (0..count).map(|r| peak_tip_compliance_m_per_n(&modes, &jacobian, r)).collect();
+        let mut tip_response_m_per_n = vec![0.0; count];
+        peak_tip_compliances_m_per_n(robot, &modes, &jacobian, &mut tip_response_m_per_n);
         // As the map has them, to the last digit; those of spectra are other ones.
         let frequencies = match row.nonlinear {
             None => row.frequencies_hz.to_vec(),

@@ -90,6 +90,43 @@ fn a_local_mode_is_the_parts_frequency_or_its_mass() {
     }
 }
 
+/// A part too light for the arm to feel it moves no tool tip in the model: nobody knows what it does to the cut.
+#[test]
+fn a_line_on_a_local_mode_is_not_clear_and_a_heavy_part_may_be_in_the_payload() {
+    let check = |corrections: &[&str], payload: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        robot(folder.path(), "irb1600/planar.yaml", corrections);
+        let job = format!(
+            "robot: robot.yaml
+tcp: {{xyz_m: [0, 0, 0.1]}}
+tool: {{teeth: 2, payload: {payload}}}
+spindle: {{min_rpm: 200, max_rpm: 6000}}
+operations:
+  - name: rough
+    spindle_rpm: 3900
+    feed_mm_per_min: 400
+    path: {{joints_deg: [[0, 0, 30, 0, 0, 0], [0, 0, 60, 0, 0, 0]]}}
+policy: {{tooth_passing_harmonics: 1, spindle_harmonics: 0, model_uncertainty_percent: 1}}
+"
+        );
+        fs::write(folder.path().join("job.yaml"), job).unwrap();
+        let ran = run(folder.path(), &["check", "job.yaml", "--format", "json"]);
+        let verdict = json(&ran)["jobs"][0]["operations"][0]["verdict"].clone();
+        (verdict.as_str().unwrap().to_owned(), err(&ran).to_owned())
+    };
+    let verdict = |corrections: &[&str]| check(corrections, "none").0;
+    assert_eq!(verdict(&["{cause: local_mode, parameters: {frequency_hz: 160}}"]), "clear");
+    let one = "{cause: local_mode, parameters: {frequency_hz: 130}}";
+    assert_eq!(verdict(&[one]), "resonance");
+    // Two on one link have names of their own.
+    let other = "{cause: local_mode, parameters: {frequency_hz: 145}}";
+    assert_eq!(verdict(&[one, other]), "resonance");
+    let heavy = "{cause: local_mode, at: tool0, parameters: {frequency_hz: 160, mass_kg: 2}, axes: [[0, 0, 1]]}";
+    let (verdict, doubts) = check(&[heavy], "{mass_kg: 9, com_m: [0, 0, 0.1]}");
+    assert_eq!(verdict, "uncertain");
+    assert!(doubts.contains("stands beside the 2 kg"), "{doubts}");
+}
+
 /// A coupled spring holds the energy of both deflections.
 #[test]
 fn shares_add_up_to_one() {
@@ -147,7 +184,7 @@ policy: {tooth_passing_harmonics: 6, spindle_harmonics: 0}
 
 /// Robot, correction, what is said.
 #[rustfmt::skip]
-const REFUSED: [(&str, &str, &str); 33] = [
+const REFUSED: [(&str, &str, &str); 34] = [
     // Units that are not the joint's.
     ("irb1600/planar.yaml", "{cause: joint_stiffness, at: joint_2, parameters: {stiffness_n_per_m: 1000}}", "stiffness_n_per_m is 1000, must be stiffness_nm_per_rad, as joint 'joint_2' turns"),
     ("rail-mill/robot.yaml", "{cause: joint_stiffness, at: track, parameters: {stiffness_nm_per_rad: 1000}}", "stiffness_nm_per_rad is 1000, must be stiffness_n_per_m, as joint 'track' is prismatic"),
@@ -175,6 +212,7 @@ const REFUSED: [(&str, &str, &str); 33] = [
     ("irb1600/planar.yaml", "{cause: local_mode, parameters: {frequency_hz: 12, mass_kg: 1}}", "mass_kg is 1, must be absent without 'at'"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12}}", "parameter 'mass_kg' is missing"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: 1}}", "axes are missing"),
+    ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: 1}, axes: []}", "axes is empty, must have one or more"),
     // Places without an effect.
     ("irb1600/planar.yaml", "{cause: joint_coupling, at: joint_2, parameters: {ratio: 0.5}}", "at is 'joint_2', must be one elastic joint with another before it"),
     ("irb1600/planar.yaml", "{cause: joint_coupling, at: all, parameters: {ratio: 0.5}}", "at is 'all', must be one elastic joint with another before it"),

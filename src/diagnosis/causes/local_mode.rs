@@ -14,9 +14,9 @@ pub(super) const TEXT: CauseText = CauseText {
 };
 
 /// Arms have fewer such parts than springs, masses and bearings.
-const SELDOM: f64 = -2.0;
+const SELDOM: f64 = -3.0;
 
-/// From the origin of the link's frame.
+/// From where the part is taken to be: the origin of the tip, the middle of a link.
 fn offset(name: &'static str) -> Parameter {
     const SPREAD_M: f64 = 0.15;
     Parameter {
@@ -65,12 +65,10 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
         let holds_tip = body.name == arm.tip || body.welded.contains(&arm.tip);
         let (place, origin_m) =
             if holds_tip { (&arm.tip, Vector3::zeros()) } else { (&body.name, 0.5 * body.reach_m) };
-        let mut forms = vec![vec![frequency.clone(), mass.clone()]];
-        if holds_tip {
-            // A gripper's mass shows where it is.
-            let aside = ["com_x_m", "com_y_m", "com_z_m"].map(offset);
-            forms.push([forms[0].clone(), aside.to_vec()].concat());
-        }
+        let plain = vec![frequency.clone(), mass.clone()];
+        // Its mass shows where it is.
+        let aside = ["com_x_m", "com_y_m", "com_z_m"].map(offset);
+        let forms = [plain.clone(), [plain, aside.to_vec()].concat()];
         for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
             candidates.extend(forms.iter().map(|parameters| Candidate {
                 hinge: Some(Hinge { origin_m, ..Hinge::shift(axis) }),

@@ -80,13 +80,44 @@ pub(super) fn clock(times: Vec<f64>, title: &str) -> Result<Clock, (usize, Strin
         let what = format!("{title} does not rise from the first row to the last");
         return Err((times.len() - 1, what));
     }
-    let off = |(k, time): (usize, &f64)| (time - first - k as f64 * step).abs();
-    let most_off = times.iter().enumerate().map(off).fold(0.0, f64::max);
-    if most_off <= UNEVEN * step {
+    let (step, most_off) = even_steps(&times, step);
+    let resolution = resolution(&times);
+    // What rounding leaves, and a little more for the rounding of the steps themselves.
+    let is_rounded = resolution <= 0.5 * step && most_off <= 0.55 * resolution;
+    if most_off <= UNEVEN * step || is_rounded {
         let rate_hz = whole(step.recip(), 2.0 * most_off / (last - first));
         return Ok(Clock::Even { rate_hz });
     }
     jump(&times, title).map_or(Ok(Clock::Uneven { times_s: times }), Err)
+}
+
+/// The even step that fits times best (least squares), and how far a time lies from its place at
+/// most; `guess` is about that step.
+fn even_steps(times: &[f64], guess: f64) -> (f64, f64) {
+    let middle = 0.5 * (times.len() - 1) as f64;
+    let places = || times.iter().enumerate().map(|(k, time)| (k as f64 - middle, time));
+    let off = |(k, time): (f64, &f64)| time - times[0] - (k + middle) * guess;
+    let mean = places().map(off).sum::<f64>() / times.len() as f64;
+    let along: f64 = places().map(|place| place.0 * off(place)).sum();
+    let more = along / places().map(|(k, _)| k * k).sum::<f64>();
+    let left = |place: (f64, &f64)| (off(place) - mean - more * place.0).abs();
+    (guess + more, places().map(left).fold(0.0, f64::max))
+}
+
+/// What times were rounded to, s: the decimal place that all have, or six significant digits of the
+/// largest.
+fn resolution(times: &[f64]) -> f64 {
+    /// Of a place, what arithmetic leaves.
+    const EXACT: f64 = 1e-5;
+    const SIGNIFICANT: i32 = 6;
+    let has = |places: &i32| {
+        let unit = 10_f64.powi(*places);
+        times.iter().all(|time| (time * unit - (time * unit).round()).abs() < EXACT)
+    };
+    let decimals = (0..=SIGNIFICANT).find(has).unwrap_or(SIGNIFICANT);
+    let largest = times.iter().fold(0.0_f64, |most, time| most.max(time.abs()));
+    let digits = SIGNIFICANT - 1 - largest.log10().floor() as i32;
+    10_f64.powi(-decimals.min(digits))
 }
 
 /// The first step back, or the first jump by far more than the times usually move, with the sample
@@ -134,4 +165,31 @@ fn whole(rate_hz: f64, share: f64) -> f64 {
     let rounded = rate_hz.round();
     let is_whole = (rounded / rate_hz - 1.0).abs() <= share.clamp(LEAST, MOST);
     if is_whole { rounded } else { rate_hz }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rate_of(step: f64, round: impl Fn(f64) -> f64) -> Option<f64> {
+        let times = (0..40_000).map(|k| round(f64::from(k) * step)).collect();
+        clock(times, "t").ok()?.parts().0
+    }
+
+    /// 256 samples/s printed to the millisecond lie up to an eighth of a step off their places.
+    #[test]
+    fn even_times_that_were_rounded_are_even() {
+        let to = |unit: f64| move |time: f64| (time / unit).round() * unit;
+        assert_eq!(rate_of(1.0 / 256.0, to(1e-3)), Some(256.0));
+        let of_120 = rate_of(1.0 / 120.0, to(1e-3)).unwrap();
+        assert!((of_120 / 120.0 - 1.0).abs() < 1e-7, "{of_120}");
+        // Six significant digits: to the millisecond from 100 s on.
+        let six = |time: f64| format!("{time:.5e}").parse().unwrap();
+        assert_eq!(rate_of(1.0 / 256.0, six), Some(256.0));
+        // What moves by more than it was rounded by is uneven.
+        let swings = |time: f64| to(1e-3)(time + 9e-4 * (40.0 * time).sin());
+        assert_eq!(rate_of(1.0 / 256.0, swings), None);
+        // Nobody can say where samples lie whose times are hardly finer than they.
+        assert_eq!(rate_of(1.0 / 1200.0, to(1e-3)), None);
+    }
 }

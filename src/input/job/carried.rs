@@ -63,7 +63,10 @@ impl<'r> Reader<'r> {
         match self.carriers.as_mut()?.with(body) {
             Ok(robot) => {
                 let mass_kg = body.map_or(0.0, |body| body.mass_kg);
-                if let Some(why) = self.lost_correction(mass_kg) {
+                for why in [self.lost_correction(mass_kg), self.counted_twice(mass_kg)]
+                    .into_iter()
+                    .flatten()
+                {
                     let what = format!("{called}: a payload of {mass_kg} kg {why}");
                     if !self.notes.list().iter().any(|note| note.what == what) {
                         let line = self.tree.line_at(&steps);
@@ -107,6 +110,20 @@ impl<'r> Reader<'r> {
                 "takes the place of the {} kg that the robot file's corrections find at the tip, \
                  where it states {of_file} kg; state what the arm carries in all, or leave it out",
                 rounded(in_all, 3)
+            )
+        })
+    }
+
+    /// What corrections hang on the tip and a mass there may both be, if it matters.
+    fn counted_twice(&self, mass_kg: f64) -> Option<String> {
+        /// Of all that is carried.
+        const MATTERS: f64 = 0.02;
+        let hung_kg = self.carriers.as_ref()?.hung_kg;
+        (hung_kg > MATTERS * (mass_kg + hung_kg)).then(|| {
+            format!(
+                "stands beside the {} kg that the robot file's local_mode hangs on the tip; where it \
+                 contains that part, the part is counted twice: state what else the arm carries",
+                rounded(hung_kg, 3)
             )
         })
     }

@@ -30,6 +30,9 @@ struct Check<'a> {
 
 impl Check<'_> {
     fn run(&mut self) {
+        if self.correction.hinge.as_ref().is_some_and(|hinge| hinge.axes.is_empty()) {
+            self.refuse("axes", "axes is empty, must have one or more".to_owned());
+        }
         match self.correction.cause {
             Cause::JointStiffness => {
                 self.fits_joint(["stiffness_nm_per_rad", "stiffness_n_per_m"]);

@@ -278,7 +278,15 @@ impl Correction {
         };
         hinge.origin_m += vector(["com_x_m", "com_y_m", "com_z_m"].map(|name| self.value(name)));
         let stiffness = mass_kg * rad_per_s_from_hz(frequency_hz).powi(2);
-        hinge.hang(description, &at, &format!("{} at {at}", self.cause), mass_kg, stiffness);
+        let name = match &self.at {
+            Some(at) => format!("{} at {at}", self.cause),
+            None => self.cause.to_string(),
+        };
+        let is_taken = |name: &str| description.links.iter().any(|link| link.name == name);
+        let more = (2..).map(|n| format!("{name}, part {n}"));
+        let mut names = std::iter::once(name.clone()).chain(more);
+        let name = names.find(|name| !is_taken(name)).unwrap_or_default();
+        hinge.hang(description, &at, &name, mass_kg, stiffness);
         Ok(())
     }
 }

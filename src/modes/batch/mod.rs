@@ -30,7 +30,7 @@ use rayon::prelude::*;
 use self::block::{Block, Results, Wanted};
 pub use self::pencils::Pencils;
 use self::plan::Plan;
-use super::{ModalSolver, peak_tip_compliance_m_per_n};
+use super::{ModalSolver, peak_tip_compliances_m_per_n};
 use crate::model::{PoseFault, Robot, elastic_jacobian};
 
 /// Poses that one thread takes at a time: a multiple of every number of lanes.
@@ -310,15 +310,14 @@ impl<'a> Kernel<'a> {
         let mut block = Block::new(simd, &self.plan);
         // Made only if a pose needs it.
         let mut scalar = None;
+        let is_tip = matches!(wanted, Wanted::Tip { .. });
+        let is_scalar = self.plan.has_varying_springs || is_tip && self.plan.has_light_parts;
         for from in (0..count).step_by(lanes) {
             let here = lanes.min(count - from);
             let rows = &poses[from * joints..(from + here) * joints];
             let mut results = results.part(from, here, n);
-            let mut doubtful = if self.plan.has_varying_springs {
-                !0
-            } else {
-                block.solve(rows, here, wanted, &mut results)
-            };
+            let mut doubtful =
+                if is_scalar { !0 } else { block.solve(rows, here, wanted, &mut results) };
             while doubtful != 0 {
                 let lane = doubtful.trailing_zeros() as usize;
                 doubtful &= doubtful - 1;
@@ -364,9 +363,8 @@ fn solve_alone(
     if let Wanted::Tip { tcp_m, .. } = wanted {
         let mut jacobian = Matrix6xX::zeros(modes.natural_frequencies_hz.len());
         elastic_jacobian(robot, solver.placement(), &tcp_m, &mut jacobian);
-        for (r, c) in results.compliances_m_per_n.iter_mut().enumerate() {
-            *c = peak_tip_compliance_m_per_n(modes, &jacobian, r);
-        }
+        let out = &mut results.compliances_m_per_n;
+        peak_tip_compliances_m_per_n(robot, modes, &jacobian, out);
     } else {
         results.shapes.copy_from_slice(modes.shapes.as_slice());
         results.damping_ratios.copy_from_slice(&modes.damping_ratios);

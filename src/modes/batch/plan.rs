@@ -115,6 +115,8 @@ pub(super) struct Plan {
     pub(super) spins: Vec<Spin>,
     /// Whether a spring follows the pose, which this code is not made for.
     pub(super) has_varying_springs: bool,
+    /// What their modes do to the tool tip is not what the shapes say.
+    pub(super) has_light_parts: bool,
     /// Gravity in the first node's frame, m/s², where it is part of K.
     pub(super) gravity: Option<[f64; 3]>,
     /// ζ where every mode has this one.
@@ -186,6 +188,7 @@ impl Plan {
             nodes,
             coordinates,
             spins,
+            has_light_parts: robot.light_parts().next().is_some(),
             has_varying_springs: robot
                 .coordinates()
                 .iter()
