@@ -140,7 +140,7 @@ pub struct ModesOut<'a> {
 pub struct TipOut<'a> {
     /// f_r, Hz, ascending: n a pose.
     pub natural_frequencies_hz: &'a mut [f64],
-    /// |J φ_r|² / 2 ζ_r ω_r² ([`peak_tip_compliance_m_per_n`]): n a pose.
+    /// |J φ_r|² / 2 ζ_r ω_r² ([`peak_tip_compliances_m_per_n`]): n a pose.
     pub peak_compliances_m_per_n: &'a mut [f64],
 }
 
