@@ -99,10 +99,8 @@ impl Judged {
             after.as_ref().is_some_and(|s| s.share >= MIN_SHARE) || !is_small(&choice.best.fit);
         let is_overwhelming =
             explained >= OVERWHELMING && square(&choice.best.fit).sqrt() <= uncalibrated_std_ln();
-        let is_at_bound = is_at_bound(&choice.best.fit);
-        let is_left = is_left || is_at_bound;
-        let worth = if is_overwhelming && !is_at_bound || !(is_left || shape_is_better) {
-            Worth::All
+        let worth = if is_overwhelming || !(is_left || shape_is_better) {
+            if is_at_bound(&choice.best.fit) { Worth::Part } else { Worth::All }
         } else if shape_is_better || explained < MIN_EXPLAINED {
             Worth::Nothing
         } else {

@@ -68,6 +68,8 @@ pub struct Link {
     pub std: Option<f64>,
     /// Whether the mass properties are distributed from the mass of the whole arm.
     pub assumed: bool,
+    /// Whether it is a part that a correction hangs on the arm, on a spring of its own.
+    pub is_hung: bool,
     /// Whether the link has visual or collision geometry (and so ought to have a mass).
     pub has_geometry: bool,
     /// That geometry as a body of density 1 kg/m³, where it is boxes, cylinders and spheres alone.

@@ -84,6 +84,8 @@ pub struct Coordinate {
     pub kind: CoordinateKind,
     /// The URDF link that it moves.
     pub link: String,
+    /// Whether it is that of a part that a correction hangs on the arm.
+    pub is_hung: bool,
     /// The moving joint whose spring this is; `None` for an extra coordinate.
     pub joint: Option<usize>,
     /// Spring constant, N·m/rad or N/m.
@@ -336,15 +338,9 @@ impl Robot {
         link == self.tip_link || here.any(|body| body.link == link)
     }
 
-    /// Parts too light for the arm to feel them: the coordinate of each, and what it carries, kg.
-    pub(crate) fn light_parts(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        /// Of the mass that moves.
-        const LIGHT: f64 = 1e-6;
-        let carried = self.coordinates.iter().enumerate().map(|(i, coordinate)| {
-            let slides = coordinate.kind == CoordinateKind::Translation;
-            (i, if slides { self.nodes[coordinate.node].subtree_mass_kg } else { 0.0 })
-        });
-        carried.filter(|(_, kg)| *kg > 0.0 && *kg < LIGHT * self.moving_mass_kg)
+    /// Whether corrections hang parts on the arm, each on a spring of its own.
+    pub(crate) fn has_hung_parts(&self) -> bool {
+        self.coordinates.iter().any(|coordinate| coordinate.is_hung)
     }
 
     /// `own` without the payloads that corrections put on the tip's body, and without what was

@@ -40,8 +40,9 @@ pub fn peak_tip_compliance_m_per_n(modes: &Modes, tip_jacobian: &Matrix6xX<f64>,
         / (2.0 * modes.damping_ratios[r] * omega_r * omega_r)
 }
 
-/// The same of every mode of `robot`. What the mode of a part that the arm does not feel does to
-/// the tool tip nobody knows: as much as the arm's own that moves it most.
+/// The same of every mode of `robot`. What the mode of a part that hangs on the arm does to the
+/// tool tip nobody measured, and its mass is the least known: as much as the mode that moves it
+/// most.
 pub fn peak_tip_compliances_m_per_n(
     robot: &Robot,
     modes: &Modes,
@@ -51,16 +52,18 @@ pub fn peak_tip_compliances_m_per_n(
     for (r, of_mode) in out.iter_mut().enumerate() {
         *of_mode = peak_tip_compliance_m_per_n(modes, tip_jacobian, r);
     }
-    if robot.light_parts().next().is_none() {
+    if !robot.has_hung_parts() {
         return;
     }
-    // Half of the kinetic energy and more.
-    let is_of_part =
-        |r: usize| robot.light_parts().any(|(i, kg)| kg * modes.shapes[(i, r)].powi(2) > 0.5);
-    let own = (0..out.len()).filter(|&r| !is_of_part(r));
-    let loudest = own.map(|r| out[r]).fold(0.0, f64::max);
-    for r in (0..out.len()).filter(|&r| is_of_part(r)) {
-        out[r] = loudest;
+    let loudest = out.iter().copied().fold(0.0, f64::max);
+    for (r, of_mode) in out.iter_mut().enumerate() {
+        // φᵀ K φ = ω².
+        let omega_r = rad_per_s_from_hz(modes.natural_frequencies_hz[r]);
+        let hung = robot.coordinates().iter().enumerate().filter(|(_, own)| own.is_hung);
+        let of_parts: f64 = hung.map(|(i, own)| own.stiffness * modes.shapes[(i, r)].powi(2)).sum();
+        if of_parts > 0.5 * omega_r * omega_r {
+            *of_mode = loudest;
+        }
     }
 }
 

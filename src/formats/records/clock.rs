@@ -115,9 +115,18 @@ fn resolution(times: &[f64]) -> f64 {
         times.iter().all(|time| (time * unit - (time * unit).round()).abs() < EXACT)
     };
     let decimals = (0..=SIGNIFICANT).find(has).unwrap_or(SIGNIFICANT);
+    let places = |time: f64| SIGNIFICANT - 1 - time.abs().log10().floor() as i32;
+    let is_six = |time: f64| {
+        time == 0.0 || {
+            let unit = 10_f64.powi(places(time));
+            (time * unit - (time * unit).round()).abs() < EXACT
+        }
+    };
     let largest = times.iter().fold(0.0_f64, |most, time| most.max(time.abs()));
-    let digits = SIGNIFICANT - 1 - largest.log10().floor() as i32;
-    10_f64.powi(-decimals.min(digits))
+    if times.iter().all(|time| is_six(*time)) {
+        return 10_f64.powi(-decimals.min(places(largest)));
+    }
+    10_f64.powi(-decimals)
 }
 
 /// The first step back, or the first jump by far more than the times usually move, with the sample
@@ -189,6 +198,9 @@ mod tests {
         // What moves by more than it was rounded by is uneven.
         let swings = |time: f64| to(1e-3)(time + 9e-4 * (40.0 * time).sin());
         assert_eq!(rate_of(1.0 / 256.0, swings), None);
+        // Times to the microsecond that move by a fifth of a step do so, however large they are.
+        let swings = |time: f64| to(1e-6)(time + 4e-4 * (40.0 * time).sin());
+        assert_eq!(rate_of(1.0 / 500.0, swings), None);
         // Nobody can say where samples lie whose times are hardly finer than they.
         assert_eq!(rate_of(1.0 / 1200.0, to(1e-3)), None);
     }

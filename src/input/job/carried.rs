@@ -63,10 +63,7 @@ impl<'r> Reader<'r> {
         match self.carriers.as_mut()?.with(body) {
             Ok(robot) => {
                 let mass_kg = body.map_or(0.0, |body| body.mass_kg);
-                for why in [self.lost_correction(mass_kg), self.counted_twice(mass_kg)]
-                    .into_iter()
-                    .flatten()
-                {
+                for why in self.against_corrections(mass_kg) {
                     let what = format!("{called}: a payload of {mass_kg} kg {why}");
                     if !self.notes.list().iter().any(|note| note.what == what) {
                         let line = self.tree.line_at(&steps);
@@ -102,6 +99,12 @@ impl<'r> Reader<'r> {
         self.programs.reading.warnings.push(Note::warning(Code::PayloadUnknown, place, what));
     }
 
+    /// How a mass that is stated at the tip contradicts what corrections put there.
+    fn against_corrections(&self, mass_kg: f64) -> impl Iterator<Item = String> + use<> {
+        let both = [self.lost_correction(mass_kg), self.counted_twice(mass_kg)];
+        both.into_iter().flatten()
+    }
+
     /// What a mass at the tip takes away that corrections put there, if it does.
     fn lost_correction(&self, mass_kg: f64) -> Option<String> {
         let (of_file, in_all) = self.carriers.as_ref()?.corrected_kg()?;
@@ -121,8 +124,8 @@ impl<'r> Reader<'r> {
         let hung_kg = self.carriers.as_ref()?.hung_kg;
         (hung_kg > MATTERS * (mass_kg + hung_kg)).then(|| {
             format!(
-                "stands beside the {} kg that the robot file's local_mode hangs on the tip; where it \
-                 contains that part, the part is counted twice: state what else the arm carries",
+                "stands beside the {} kg that the robot file's local_mode hangs on the tip; where \
+                 it contains that part, the part is counted twice: state what else the arm carries",
                 rounded(hung_kg, 3)
             )
         })
@@ -270,7 +273,7 @@ impl<'r> Reader<'r> {
             raw::Payload::Body(body) => ("the job's", body.mass_kg.unwrap_or(*mass_kg)),
         });
         let other = of_job.or(of_robot).filter(|&(_, kg)| apart(kg, *mass_kg) > ROUNDED);
-        if let Some(why) = self.lost_correction(*mass_kg) {
+        for why in self.against_corrections(*mass_kg) {
             let what = format!("tooldata {name}: its {mass_kg} kg {why}");
             warnings.push(Note::warning(Code::ToolMassConflict, place.clone(), what));
         }

@@ -74,7 +74,8 @@ impl Bodies<'_> {
             self.coordinates.push(spring);
         }
         for &index in self.extras_of.get(&link).into_iter().flatten() {
-            let extra = self.extra(&description.extra[index], node);
+            let is_hung = description.links[link].is_hung;
+            let extra = self.extra(&description.extra[index], node, is_hung);
             self.coordinates.push(extra);
         }
         if spring.is_some() || has_extras {
@@ -113,6 +114,7 @@ impl Bodies<'_> {
                 CoordinateKind::Rotation
             },
             link: description.links[link].name.clone(),
+            is_hung: false,
             joint: self.joints.iter().position(|joint| joint.name == spring.joint),
             stiffness: spring.stiffness,
             std: spring.std,
@@ -131,11 +133,12 @@ impl Bodies<'_> {
         }
     }
 
-    fn extra(&self, extra: &ExtraCoordinate, node: usize) -> Coordinate {
+    fn extra(&self, extra: &ExtraCoordinate, node: usize, is_hung: bool) -> Coordinate {
         Coordinate {
             name: extra.name.clone(),
             kind: extra.kind,
             link: extra.link.clone(),
+            is_hung,
             joint: None,
             stiffness: extra.stiffness,
             std: extra.std,

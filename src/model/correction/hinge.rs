@@ -52,6 +52,7 @@ impl Hinge {
         description.links.push(Link {
             name: name.to_owned(),
             inertial: Some(point),
+            is_hung: true,
             ..Link::default()
         });
         let origin = Isometry3::from_parts(self.origin_m.into(), UnitQuaternion::identity());

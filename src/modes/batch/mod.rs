@@ -311,7 +311,7 @@ impl<'a> Kernel<'a> {
         // Made only if a pose needs it.
         let mut scalar = None;
         let is_tip = matches!(wanted, Wanted::Tip { .. });
-        let is_scalar = self.plan.has_varying_springs || is_tip && self.plan.has_light_parts;
+        let is_scalar = self.plan.has_varying_springs || is_tip && self.plan.has_hung_parts;
         for from in (0..count).step_by(lanes) {
             let here = lanes.min(count - from);
             let rows = &poses[from * joints..(from + here) * joints];

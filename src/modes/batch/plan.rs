@@ -116,7 +116,7 @@ pub(super) struct Plan {
     /// Whether a spring follows the pose, which this code is not made for.
     pub(super) has_varying_springs: bool,
     /// What their modes do to the tool tip is not what the shapes say.
-    pub(super) has_light_parts: bool,
+    pub(super) has_hung_parts: bool,
     /// Gravity in the first node's frame, m/s², where it is part of K.
     pub(super) gravity: Option<[f64; 3]>,
     /// ζ where every mode has this one.
@@ -188,7 +188,7 @@ impl Plan {
             nodes,
             coordinates,
             spins,
-            has_light_parts: robot.light_parts().next().is_some(),
+            has_hung_parts: robot.has_hung_parts(),
             has_varying_springs: robot
                 .coordinates()
                 .iter()
