@@ -89,7 +89,7 @@ impl<'a> Arm<'a> {
         for row in &data.rows {
             mechanics.place(row)?;
             for (i, inertia) in inertias.iter_mut().enumerate() {
-                *inertia += mechanics.mass[(i, i)] / data.rows.len() as f64;
+                *inertia += mechanics.mass()[(i, i)] / data.rows.len() as f64;
             }
         }
         let predicted = predict(description, &Hypothesis::default(), data, false)?;

@@ -50,9 +50,15 @@ fn robot(description: &Description, corrections: &[Correction], load: &Load) -> 
 /// The robot under every load of a table, placed at one of its rows.
 pub(super) struct Mechanics {
     robots: Vec<(Load, Robot)>,
+    at: Placed,
+}
+
+/// Where a robot stands at a row, with its M and K there.
+#[derive(Clone)]
+pub(super) struct Placed {
     placement: Placement,
-    pub(super) mass: DMatrix<f64>,
-    pub(super) stiffness: DMatrix<f64>,
+    mass: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
 }
 
 impl Mechanics {
@@ -71,12 +77,30 @@ impl Mechanics {
         }
         let first = &robots.first()?.1;
         let n = first.coordinates().len();
-        Some(Self {
+        let at = Placed {
             placement: Placement::new(first),
             mass: DMatrix::zeros(n, n),
             stiffness: DMatrix::zeros(n, n),
-            robots,
-        })
+        };
+        Some(Self { robots, at })
+    }
+
+    pub(super) fn mass(&self) -> &DMatrix<f64> {
+        &self.at.mass
+    }
+
+    pub(super) fn stiffness(&self) -> &DMatrix<f64> {
+        &self.at.stiffness
+    }
+
+    /// Where it was placed last.
+    pub(super) fn stand(&self) -> Placed {
+        self.at.clone()
+    }
+
+    /// Puts it back to where it was placed before.
+    pub(super) fn put_back(&mut self, at: Placed) {
+        self.at = at;
     }
 
     /// The robot under the load of a row.
@@ -93,17 +117,17 @@ impl Mechanics {
                 Some(Vector3::from_fn(|i, _| f64::from(u8::from(i == axis))))
             }
         };
-        link_rotation(self.robot(row)?, &self.placement, &measured.link, direction)
+        link_rotation(self.robot(row)?, &self.at.placement, &measured.link, direction)
     }
 
     /// Where the robot was placed last.
     pub(super) fn placement(&self) -> &Placement {
-        &self.placement
+        &self.at.placement
     }
 
     /// M and K at a row of the table that the model was made for.
     pub(super) fn place(&mut self, row: &Row) -> Option<()> {
-        let Self { robots, placement, mass, stiffness } = self;
+        let Self { robots, at: Placed { placement, mass, stiffness } } = self;
         let (_, robot) = robots.iter().find(|(load, _)| *load == row.load)?;
         placement.place(robot, &row.q);
         mass_matrix(robot, placement, mass);
@@ -114,7 +138,7 @@ impl Mechanics {
     /// M and K at the row with the bodies and springs of this robot in the frames of `other`,
     /// placed there already, which stands like it.
     fn place_as(&mut self, other: &Placement, row: &Row) -> Option<()> {
-        let Self { robots, placement, mass, stiffness } = self;
+        let Self { robots, at: Placed { placement, mass, stiffness } } = self;
         let (_, robot) = robots.iter().find(|(load, _)| *load == row.load)?;
         placement.place_bodies(robot, other);
         mass_matrix(robot, placement, mass);
@@ -140,7 +164,7 @@ impl Change {
     /// From `here` to `moved`, the same robot with one parameter moved a little.
     pub(super) fn new(here: &Mechanics, moved: Mechanics) -> Self {
         let both = || here.robots.iter().zip(&moved.robots).map(|((_, a), (_, b))| (a, b));
-        let n = here.mass.nrows();
+        let n = here.mass().nrows();
         Self {
             stands: both().all(|(a, b)| a.stands_like(b)),
             weighs: both().all(|(a, b)| a.weighs_like(b)),
@@ -165,20 +189,21 @@ impl Change {
             let both = robot.coordinates().iter().zip(before.coordinates()).enumerate();
             for (i, (after, before_i)) in both {
                 self.mass[(i, i)] = after.drive_inertia - before_i.drive_inertia;
-                let constant = |robot| spring_constant(robot, &here.placement, &row.conditions, i);
+                let constant =
+                    |robot| spring_constant(robot, &here.at.placement, &row.conditions, i);
                 self.stiffness[(i, i)] = constant(robot) - constant(before);
             }
             return Some(());
         }
         if self.stands {
-            self.moved.place_as(&here.placement, row)?;
+            self.moved.place_as(&here.at.placement, row)?;
         } else {
             self.moved.place(row)?;
         }
-        self.mass.copy_from(&self.moved.mass);
-        self.mass -= &here.mass;
-        self.stiffness.copy_from(&self.moved.stiffness);
-        self.stiffness -= &here.stiffness;
+        self.mass.copy_from(&self.moved.at.mass);
+        self.mass -= here.mass();
+        self.stiffness.copy_from(&self.moved.at.stiffness);
+        self.stiffness -= here.stiffness();
         Some(())
     }
 

@@ -226,10 +226,10 @@ pub(super) fn predicted(
     rows: &[Row],
 ) -> Option<Vec<Vec<f64>>> {
     let mut mechanics = Mechanics::new(&with_means(description, learned), corrections, rows)?;
-    let mut pencil = Pencil::new(mechanics.mass.nrows());
+    let mut pencil = Pencil::new(mechanics.mass().nrows());
     let at = |row: &Row| {
         mechanics.place(row)?;
-        let is_solved = pencil.solve(&mechanics.mass, &mechanics.stiffness);
+        let is_solved = pencil.solve(mechanics.mass(), mechanics.stiffness());
         let ln_hz = |omega_squared: &f64| hz_from_rad_per_s(omega_squared.sqrt()).ln();
         is_solved.then(|| pencil.omega_squared.iter().map(ln_hz).collect())
     };
@@ -383,12 +383,12 @@ fn linear(
     let Problem { description, data } = *problem;
     let mut mechanics = Mechanics::new(&with_means(description, learned), corrections, &data.rows)?;
     let tests = data.tests();
-    let mut pencil = Pencil::new(mechanics.mass.nrows());
+    let mut pencil = Pencil::new(mechanics.mass().nrows());
     let (mut points, mut places) = (Vec::new(), Vec::new());
     let (mut residuals, mut slopes) = (Vec::new(), Vec::new());
     for (i, row) in data.rows.iter().enumerate() {
         let arm = arm(&mut mechanics, row, learned)?;
-        if !pencil.solve(&mechanics.mass, &mechanics.stiffness) {
+        if !pencil.solve(mechanics.mass(), mechanics.stiffness()) {
             return None;
         }
         for (at, point) in data.points.iter().enumerate().filter(|(_, point)| point.row == i) {
@@ -426,7 +426,7 @@ fn arm(mechanics: &mut Mechanics, row: &Row, learned: &[LearnedParameter]) -> Op
     mechanics.place(row)?;
     let robot = mechanics.robot(row)?;
     let scales = learned.iter().map(|one| scales_of(robot, one.kind, &one.at));
-    let both = [mechanics.mass.clone(), mechanics.stiffness.clone()];
+    let both = [mechanics.mass().clone(), mechanics.stiffness().clone()];
     Some(ArmAtPose::placed(robot, mechanics.placement(), &row.conditions, scales, both))
 }
 

@@ -2,7 +2,7 @@
 
 use super::data::Data;
 use super::hypothesis::Hypothesis;
-use super::mechanics::{Change, Mechanics};
+use super::mechanics::{Change, Mechanics, Placed};
 use crate::model::Description;
 use crate::modes::Pencil;
 use crate::modes::batch::Pencils;
@@ -53,22 +53,25 @@ pub(super) fn predict(
             changes.push(Some(Change::new(&here, mechanics(&hypothesis.with(&inner))?)));
         }
     }
-    let mut pencils = Pencils::new(here.mass.nrows());
+    let n = here.mass().nrows();
+    let mut pencils = Pencils::new(n);
+    // Where it stands at each row that something more is asked of.
+    let mut stands: Vec<Option<Placed>> = Vec::with_capacity(data.rows.len());
     for row in &data.rows {
         here.place(row)?;
-        pencils.push(&here.mass, &here.stiffness);
+        pencils.push(here.mass(), here.stiffness());
+        let is_asked = !changes.is_empty() || row.rotations.iter().any(|own| !own.is_empty());
+        stands.push(is_asked.then(|| here.stand()));
     }
     if !pencils.solve() {
         return None;
     }
     let mut rows = Vec::with_capacity(data.rows.len());
-    for (i, row) in data.rows.iter().enumerate() {
+    for (i, (row, stands)) in data.rows.iter().zip(stands).enumerate() {
         let measured = row.rotations.iter().flatten();
-        let is_placed = !changes.is_empty() || row.rotations.iter().any(|own| !own.is_empty());
-        if is_placed {
-            here.place(row)?;
+        if let Some(stands) = stands {
+            here.put_back(stands);
         }
-        let n = here.mass.nrows();
         let turns: Vec<Vec<f64>> =
             measured.map(|own| here.turns(row, own).unwrap_or_else(|| vec![0.0; n])).collect();
         for change in changes.iter_mut().flatten() {
@@ -127,12 +130,12 @@ pub(super) fn participation(
     data: &Data,
 ) -> Option<Vec<Vec<Vec<[f64; 2]>>>> {
     let mut here = Mechanics::new(description, &hypothesis.corrections(), &data.rows)?;
-    let n = here.mass.nrows();
+    let n = here.mass().nrows();
     let mut rows = Vec::new();
     let mut pencil = Pencil::new(n);
     for row in &data.rows {
         here.place(row)?;
-        let (m, k) = (&here.mass, &here.stiffness);
+        let (m, k) = (here.mass(), here.stiffness());
         if !pencil.solve(m, k) {
             return None;
         }
