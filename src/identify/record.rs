@@ -143,6 +143,17 @@ pub struct Record {
     pub links: Vec<MarkedLink>,
     /// Spindle speed while it was taken, rev/min.
     pub spindle_rpm: Option<f64>,
+    /// What the instrument did to it.
+    pub instrument: Instrument,
+}
+
+/// What an instrument did to a record that is no doing of the arm.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Instrument {
+    /// Time constant of the exponential window over the responses, s.
+    pub exponential_window_s: Option<f64>,
+    /// By how much the responses are late against the force, s.
+    pub response_delay_s: f64,
 }
 
 /// What a measurement may depend on beside the pose.

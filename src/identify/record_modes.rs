@@ -77,8 +77,9 @@ pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
             notes.warning(Code::Remark, None, what);
         }
         identified.spectra = spectra(&prepared, &found);
+        let poles = without_window(record, &prepared, &found, &mut notes);
         let modes: Vec<&PoleEstimate> =
-            found.poles.iter().filter(|pole| is_mode(pole, &mut notes)).collect();
+            poles.iter().filter(|pole| is_mode(pole, &mut notes)).collect();
         let has_modes = !modes.is_empty();
         for pole in asked_for(modes, asked, &mut notes) {
             let mut mode = mode_of(record, &prepared, pole);
@@ -113,8 +114,55 @@ pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
         suspicions::check(record, &prepared, &asked.mains_hz, &mut identified.modes, &mut notes);
         identified.averaged = prepared.averaged;
     }
+    if let (RecordKind::RandomResponse, Some(window_s)) =
+        (identified.kind, record.instrument.exponential_window_s)
+    {
+        let what = format!(
+            "exponential_window_s is {window_s}, but without that window the response does not \
+             decay: the record has no such window, or one with a longer time constant"
+        );
+        notes.warning(Code::Disagreement, None, what);
+    }
     identified.warnings = grouped(notes.list());
     identified
+}
+
+/// The poles without what the instrument's window added to their decay; a mode that has less
+/// damping than that is told.
+fn without_window(
+    record: &Record,
+    prepared: &Prepared,
+    found: &Estimate,
+    notes: &mut Notes,
+) -> Vec<PoleEstimate> {
+    /// Of those that are weaker nothing is said.
+    const LEAST: f64 = 0.02;
+    let Some(window_s) = record.instrument.exponential_window_s else {
+        return found.poles.clone();
+    };
+    // Of samples it was taken off before.
+    let decay_per_s = match prepared.kind {
+        RecordKind::GivenResponses => window_s.recip(),
+        _ => 0.0,
+    };
+    let poles: Vec<PoleEstimate> =
+        found.poles.iter().map(|pole| pole.without_window(decay_per_s)).collect();
+    let hz = |pole: &PoleEstimate| hz_from_rad_per_s(pole.pole.omega());
+    let grows = |pole: &&PoleEstimate| {
+        pole.pole.is_driven && pole.prominence >= LEAST && pole.pole.ratio() < -2.0 * pole.ratio_std
+    };
+    let grown: Vec<String> =
+        poles.iter().filter(grows).map(|pole| format!("{:.3}", hz(pole))).collect();
+    if !grown.is_empty() {
+        let what = format!(
+            "exponential_window_s is {window_s}, but the modes at {} Hz decay more slowly than \
+             that window alone makes them: the record has no such window, or one with a longer \
+             time constant",
+            grown.join(", ")
+        );
+        notes.warning(Code::Disagreement, None, what);
+    }
+    poles
 }
 
 /// Notes that differ in their numbers alone, as one from the fourth on.

@@ -5,6 +5,7 @@ use realfft::RealFftPlanner;
 
 use super::estimate::C64;
 use super::impacts::Impact;
+use crate::units::rad_per_s_from_hz;
 
 /// The transform of real samples, lines 0 to half their number.
 pub(super) fn transform(samples: &[f64]) -> Vec<C64> {
@@ -68,6 +69,21 @@ pub struct Averaged {
     pub h2: Vec<Vec<C64>>,
     /// By response: H1/H2; empty where only one was averaged.
     pub coherence: Vec<Vec<f64>>,
+}
+
+impl Averaged {
+    /// Of responses that are late by `delay_s`, as if they were not.
+    pub(super) fn in_time(mut self, delay_s: f64) -> Self {
+        let turns: Vec<C64> = self
+            .frequencies_hz
+            .iter()
+            .map(|hz| C64::from_polar(1.0, rad_per_s_from_hz(*hz) * delay_s))
+            .collect();
+        for of_response in self.h1.iter_mut().chain(&mut self.h2) {
+            of_response.iter_mut().zip(&turns).for_each(|(value, turn)| *value *= turn);
+        }
+        self
+    }
 }
 
 /// Averages over impacts, each to the next impact's start. `force` is zero outside of the pulses.

@@ -1,6 +1,6 @@
 //! What a mode may be beside a mode, and what the record lacks for it.
 
-use super::estimate::Origin;
+use super::estimate::{C64, Origin};
 use super::mode::Mode;
 use super::prepare::{Prepared, RecordKind};
 use super::record::{Channel, Data, Record};
@@ -52,6 +52,59 @@ pub(super) fn check(
     if matches!(prepared.kind, RecordKind::FreeDecay | RecordKind::Hammer) {
         harmonics(modes, notes);
     }
+    delay(modes, notes);
+}
+
+/// Force and responses that were not sampled at the same time: it turns the modal constants of a
+/// mode, real but for a little of the damping, by its frequency times the delay.
+fn delay(modes: &[Mode], notes: &mut Notes) {
+    /// Delays looked for, s.
+    const LONGEST_S: f64 = 0.02;
+    /// Parts of a shape known worse than this share are left aside.
+    const MAX_STD: f64 = 0.2;
+    /// Least mean square of the constants' imaginary part, and what a delay may leave of it.
+    const LEAST: f64 = 0.03;
+    const LEFT: f64 = 0.15;
+    // By mode: frequency, rad/s, and the mean of the squared constants' directions.
+    let direction = |mode: &Mode| {
+        let parts = mode.shape.iter().filter(|part| part.std < MAX_STD * part.value.norm());
+        let constants = parts.filter_map(|part| part.modal_constant);
+        let (sum, size) = constants.fold((C64::default(), 0.0), |(sum, size), constant| {
+            (sum + constant * constant, size + constant.norm_sqr())
+        });
+        (size > 0.0).then(|| (rad_per_s_from_hz(mode.frequency_hz), sum / size))
+    };
+    let is_sure = |mode: &&Mode| mode.suspicion.is_none();
+    let turned: Vec<(f64, C64)> = modes.iter().filter(is_sure).filter_map(direction).collect();
+    let Some(highest) = turned.iter().map(|(omega, _)| *omega).reduce(f64::max) else { return };
+    if turned.len() < 2 {
+        return;
+    }
+    let imaginary = |delay_s: f64| {
+        let real = |(omega, squared): &(f64, C64)| {
+            (squared * C64::from_polar(1.0, 2.0 * omega * delay_s)).re
+        };
+        0.5 - 0.5 * turned.iter().map(real).sum::<f64>() / turned.len() as f64
+    };
+    let before = imaginary(0.0);
+    let step_s = 0.05 / highest;
+    let tried = (1..=(LONGEST_S / step_s) as usize)
+        .flat_map(|k| [k as f64 * step_s, -(k as f64) * step_s])
+        .map(|delay_s| (delay_s, imaginary(delay_s)));
+    // The shortest that explains it: longer ones turn the modes by whole circles.
+    let mut near = tried.filter(|(_, left)| *left < LEFT * before).peekable();
+    let Some((first_s, _)) = near.peek().copied() else { return };
+    let is_near = |(delay_s, _): &(f64, f64)| (delay_s - first_s).abs() * highest < 0.5;
+    let best = near.filter(is_near).min_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((delay_s, _)) = best.filter(|_| before > LEAST) else { return };
+    let what = format!(
+        "the phase of the modes turns with frequency as if the responses were {:.1} ms {} the \
+         force, by a filter or a wireless sensor: then modes are missed and damping is wrong; \
+         measure it with both on one point, or try response_delay_s: {delay_s:.4}",
+        1e3 * delay_s.abs(),
+        if delay_s > 0.0 { "behind" } else { "ahead of" }
+    );
+    notes.warning(Code::Delay, None, what);
 }
 
 fn responses_of(record: &Record) -> &[Channel] {

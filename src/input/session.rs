@@ -16,7 +16,7 @@ use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step};
 use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::record::{
-    Asked, Conditions, Data, MarkedLink, Marker, Measurement, Record, Session,
+    Asked, Conditions, Data, Instrument, MarkedLink, Marker, Measurement, Record, Session,
 };
 use crate::notes::{Code, Note, Notes, Place};
 use crate::units::m_from_mm;
@@ -284,10 +284,18 @@ impl Reader<'_> {
             );
             self.error(Code::Reference, &steps, what);
         }
+        let instrument = self.instrument(index, record, &data);
         used.extend(file.names_of(&responses));
         used.extend(record.excitation.iter().map(|name| file.full_name(name).to_owned()));
         Some(Measurement {
-            record: Record { name, data, driving_point, links, spindle_rpm: record.spindle_rpm },
+            record: Record {
+                name,
+                data,
+                driving_point,
+                links,
+                spindle_rpm: record.spindle_rpm,
+                instrument,
+            },
             pose: pose?,
             conditions: Conditions {
                 temperature_c: record.temperature_c,
@@ -302,6 +310,25 @@ impl Reader<'_> {
             },
             id: record.id.clone(),
         })
+    }
+
+    /// What the instrument did to a record, by its own keys or those of the session.
+    fn instrument(&mut self, index: usize, record: &raw::Record, data: &Data) -> Instrument {
+        let delay_s = record.response_delay_s.or(self.raw.response_delay_s);
+        let has_force = match data {
+            Data::Time { excitation, .. } | Data::Uneven { excitation, .. } => excitation.is_some(),
+            Data::Responses(_) => true,
+        };
+        if record.response_delay_s.is_some() && !has_force {
+            let steps = [Step::Key("records"), Step::Index(index), Step::Key("response_delay_s")];
+            let line = self.tree.line_at(&steps);
+            let what = "response_delay_s has no effect on a record without excitation";
+            self.notes.warning(Code::Unused, line, what);
+        }
+        Instrument {
+            exponential_window_s: record.exponential_window_s.or(self.raw.exponential_window_s),
+            response_delay_s: delay_s.filter(|_| has_force).unwrap_or(0.0),
+        }
     }
 
     fn pose(&mut self, index: usize, pose: Option<&raw::Pose>) -> Option<Pose> {

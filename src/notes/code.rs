@@ -207,6 +207,8 @@ codes! {
     NoSignal = "no_signal": Remark,
     /// A mark is not seen in some frames of a video.
     LostMark = "lost_mark": Remark,
+    /// Force and responses seem not to have been sampled at the same time.
+    Delay = "delay": Remark,
     /// The record ends before a mode has decayed.
     Leakage = "leakage": Remark,
     /// Force and response are not coherent at a mode.

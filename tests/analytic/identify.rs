@@ -35,6 +35,7 @@ pub(crate) fn record(
         driving_point: Some("r0".into()),
         links: Vec::new(),
         spindle_rpm: None,
+        instrument: Default::default(),
     }
 }
 

@@ -68,6 +68,7 @@ fn averaged(
         driving_point: None,
         links: Vec::new(),
         spindle_rpm: None,
+        instrument: Default::default(),
     }
 }
 
@@ -215,6 +216,7 @@ fn responses_that_were_not_taken_at_once_make_no_further_modes() {
             driving_point: None,
             links: Vec::new(),
             spindle_rpm: None,
+            instrument: Default::default(),
         };
         let found = identify_record(&record, &asked(&[50.0, 60.0]));
         let listed: Vec<_> = found.modes.iter().filter(|mode| mode.suspicion.is_none()).collect();
@@ -263,6 +265,7 @@ fn of_formula(modes: &[TrueMode], factor: impl Fn(usize) -> f64, seed: u64) -> R
         driving_point: None,
         links: Vec::new(),
         spindle_rpm: None,
+        instrument: Default::default(),
     }
 }
 

@@ -31,6 +31,7 @@ fn record(rate: f64, force: Option<Vec<f64>>, responses: Vec<Vec<f64>>) -> Recor
         driving_point: None,
         links: Vec::new(),
         spindle_rpm: None,
+        instrument: Default::default(),
     }
 }
 

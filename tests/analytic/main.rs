@@ -28,6 +28,7 @@ mod identify;
 mod identify_bands;
 mod identify_friction;
 mod identify_given;
+mod identify_instrument;
 mod identify_notices;
 mod identify_random;
 mod identify_traps;

@@ -70,6 +70,14 @@ pub(super) struct PoleEstimate {
     pub(super) is_artefact: bool,
 }
 
+impl PoleEstimate {
+    /// Without what a window added to its decay rate, 1/s.
+    pub(super) fn without_window(&self, decay_per_s: f64) -> Self {
+        let lambda = self.pole.lambda + decay_per_s;
+        Self { pole: Pole { lambda, ..self.pole }, ..self.clone() }
+    }
+}
+
 /// All poles of a record.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Estimate {

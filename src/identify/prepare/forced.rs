@@ -26,6 +26,34 @@ pub(super) fn forced(
     channels: &[&Channel],
     notes: &mut Notes,
 ) -> Option<Prepared> {
+    let steps = (sampling.delay_s * sampling.rate_hz).round();
+    if steps == 0.0 {
+        return in_step(sampling, excitation, channels, notes);
+    }
+    // By whole samples the record is put in step; the fit takes what is left of the delay.
+    let left_s = sampling.delay_s - steps / sampling.rate_hz;
+    let (late, samples) = (steps.abs() as usize, excitation.samples.len());
+    if late >= samples {
+        let what = "is shorter than response_delay_s";
+        notes.warning(Code::NoModes, None, what);
+        return None;
+    }
+    let (first, last) = (late..samples, 0..samples - late);
+    let (of_force, of_responses) = if steps > 0.0 { (last, first) } else { (first, last) };
+    let excitation = part_of(excitation, of_force);
+    let channels: Vec<Channel> =
+        channels.iter().map(|channel| part_of(channel, of_responses.clone())).collect();
+    let sampling = Sampling { delay_s: left_s, ..sampling };
+    in_step(sampling, &excitation, &channels.iter().collect::<Vec<_>>(), notes)
+}
+
+/// A record whose responses are late by half a step at most.
+fn in_step(
+    sampling: Sampling,
+    excitation: &Channel,
+    channels: &[&Channel],
+    notes: &mut Notes,
+) -> Option<Prepared> {
     let Some(part) = part(sampling, excitation, channels) else {
         return unbroken(sampling, excitation, channels, 0, notes);
     };
@@ -36,12 +64,16 @@ pub(super) fn forced(
 }
 
 fn cut(excitation: &Channel, channels: &[&Channel], part: Range<usize>) -> (Channel, Vec<Channel>) {
-    let own = |channel: &Channel| Channel {
-        samples: channel.samples[part.clone()].to_vec(),
+    let own = |channel: &&Channel| part_of(channel, part.clone());
+    (part_of(excitation, part.clone()), channels.iter().map(own).collect())
+}
+
+fn part_of(channel: &Channel, part: Range<usize>) -> Channel {
+    Channel {
+        samples: channel.samples[part].to_vec(),
         name: channel.name.clone(),
         quantity: channel.quantity,
-    };
-    (own(excitation), channels.iter().map(|channel| own(channel)).collect())
+    }
 }
 
 /// Of a hammer record, what comes before a moment at which the free vibration does not go on; the
@@ -160,8 +192,13 @@ fn whole(
         return None;
     }
     let [(_, spectra)] = cut;
-    let pulses = force_samples(&force, &impacts);
-    let drive = transform(&force)[lines.clone()].to_vec();
+    // As late as the responses are.
+    let late = sampling.delay_s * rate_hz;
+    let pulses = force_samples(&force, &impacts, late);
+    let omega = omega(&lines, samples, rate_hz);
+    let in_time = |(f, omega): (&C64, &f64)| f * C64::from_polar(1.0, -omega * sampling.delay_s);
+    let drive: Vec<C64> =
+        transform(&force)[lines.clone()].iter().zip(&omega).map(in_time).collect();
     let drive_error = force_noise.map_or_else(Vec::new, |noise| {
         let variance = noise.powi(2) * pulses.len() as f64;
         drive.iter().map(|f| drive_error(variance, f.norm_sqr())).collect()
@@ -173,8 +210,9 @@ fn whole(
         drive_error,
         min_noise,
         begins_moving: impacts.is_empty(),
-        ..Block::new(origin, omega(&lines, samples, rate_hz), on_lines(&spectra, &lines))
+        ..Block::new(origin, omega, on_lines(&spectra, &lines))
     };
+    let averaged = averaged.map(|averaged| averaged.in_time(sampling.delay_s));
     let window_decay = match averaged.as_ref().map(|averaged| averaged.window) {
         Some(Window::ForceExponential { decay_per_s }) => decay_per_s,
         _ => 0.0,
@@ -219,13 +257,14 @@ fn silence_outside(force: &mut [f64], impacts: &[Impact]) -> f64 {
     deviation_about_zero(&outside)
 }
 
-/// The samples of the force that are not zero, each with its pulse: noise and what the samples miss
-/// make each pulse a little stronger or weaker, also where the hammer bounced.
-fn force_samples(force: &[f64], impacts: &[Impact]) -> Vec<ForceSample> {
+/// The samples of the force that are not zero, `late` by so many, each with its pulse: noise and
+/// what the samples miss make each pulse a little stronger or weaker, also where the hammer
+/// bounced.
+fn force_samples(force: &[f64], impacts: &[Impact], late: f64) -> Vec<ForceSample> {
     let ends: Vec<usize> = impacts.iter().flat_map(|i| &i.pulses).map(|pulse| pulse.1).collect();
     let sample = |(at, &value): (usize, &f64)| {
         let impact = ends.iter().position(|end| at < *end).unwrap_or(0);
-        ForceSample { at: at as f64, value, impact }
+        ForceSample { at: at as f64 + late, value, impact }
     };
     force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(sample).collect()
 }

@@ -12,6 +12,7 @@ use crate::units::{percent_from_ratio, rad_per_s_from_hz};
 pub(super) fn given(
     functions: &[Frf],
     band_hz: Option<[f64; 2]>,
+    delay_s: f64,
     notes: &mut Notes,
 ) -> Option<Prepared> {
     let [low, high] = band_hz.unwrap_or([0.0, f64::INFINITY]);
@@ -33,7 +34,11 @@ pub(super) fn given(
             );
             notes.warning(Code::Remark, None, what);
         }
-        let values: Vec<C64> = within.iter().map(|&k| function.values[k]).collect();
+        let in_time = |&k: &usize| {
+            let turn = rad_per_s_from_hz(function.frequencies_hz[k]) * delay_s;
+            function.values[k] * C64::from_polar(1.0, turn)
+        };
+        let values: Vec<C64> = within.iter().map(in_time).collect();
         if values.iter().all(|v| v.norm() == 0.0) {
             let what = "is zero on all lines of the band; the function is left out";
             notes.channel_warning(Code::DeadChannel, &function.name, what);

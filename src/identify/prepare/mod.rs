@@ -95,6 +95,8 @@ impl Prepared {
 struct Sampling {
     rate_hz: f64,
     band_hz: Option<[f64; 2]>,
+    /// By how much the responses are late against the force.
+    delay_s: f64,
 }
 
 /// Cuts and transforms a record; `None` (with a warning) where there is nothing to fit.
@@ -103,11 +105,21 @@ pub(super) fn prepare(
     band_hz: Option<[f64; 2]>,
     notes: &mut Notes,
 ) -> Option<Prepared> {
+    let delay_s = record.instrument.response_delay_s;
     match &record.data {
-        Data::Responses(functions) => given(functions, band_hz, notes),
+        Data::Responses(functions) => given(functions, band_hz, delay_s, notes),
         Data::Time { sample_rate_hz, excitation, responses } => {
-            let sampling = Sampling { rate_hz: *sample_rate_hz, band_hz };
-            sampled(sampling, excitation.as_ref(), responses, notes)
+            let sampling = Sampling { rate_hz: *sample_rate_hz, band_hz, delay_s };
+            let window_s = record.instrument.exponential_window_s;
+            match window_s.map(|window_s| Growth { steps: window_s * sample_rate_hz }) {
+                None => sampled(sampling, excitation.as_ref(), responses, notes),
+                Some(growth) => {
+                    let force = excitation.as_ref().map(|channel| growth.cut(channel));
+                    let responses: Vec<Channel> =
+                        responses.iter().map(|channel| growth.of(channel)).collect();
+                    sampled(sampling, force.as_ref(), &responses, notes)
+                }
+            }
         }
         Data::Uneven { times_s, excitation, responses } => {
             let Some(resampled) = resampled_evenly(times_s, notes) else {
@@ -118,9 +130,35 @@ pub(super) fn prepare(
             let responses: Vec<Channel> =
                 responses.iter().map(|channel| resampled.channel(channel)).collect();
             let band_hz = band_hz.or(Some([0.0, resampled.highest_hz()]));
-            let sampling = Sampling { rate_hz: resampled.rate_hz, band_hz };
+            let sampling = Sampling { rate_hz: resampled.rate_hz, band_hz, delay_s };
             sampled(sampling, excitation.as_ref(), &responses, notes)
         }
+    }
+}
+
+/// What an exponential window over a record is divided by: noise that was windowed is white again,
+/// while the poles of a windowed record lie in noise that is not.
+struct Growth {
+    /// The window's time constant in steps of the record.
+    steps: f64,
+}
+
+impl Growth {
+    /// Where the window leaves less than a hundredth, rounding is louder than the arm.
+    const MOST: f64 = 100.0;
+
+    fn cut(&self, channel: &Channel) -> Channel {
+        let kept = (self.steps * Self::MOST.ln()).ceil() as usize;
+        let samples = channel.samples.iter().take(kept.max(1)).copied().collect();
+        Channel { samples, ..channel.clone() }
+    }
+
+    fn of(&self, channel: &Channel) -> Channel {
+        let mut grown = self.cut(channel);
+        for (k, sample) in grown.samples.iter_mut().enumerate() {
+            *sample *= (k as f64 / self.steps).exp();
+        }
+        grown
     }
 }
 

@@ -39,6 +39,14 @@ pub(in crate::input) struct Session {
     /// … if absent.
     #[schemars(extend("minItems" = 1, "examples" = [["joint_1", "joint_2"]]))]
     pub(in crate::input) joint_names: Option<Vec<String>>,
+    /// Time constant τ of the exponential window e^(-t/τ) that was laid over the responses, s: its
+    /// share of the damping is taken off. With the end value p after T seconds it is T/ln(1/p).
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.4]))]
+    pub(in crate::input) exponential_window_s: Option<f64>,
+    /// By how much the responses are late against the force, s, as filters and wireless sensors
+    /// make them; negative where they are early.
+    #[schemars(extend("minimum" = -0.5, "maximum" = 0.5, "examples" = [0.002]))]
+    pub(in crate::input) response_delay_s: Option<f64>,
     /// By channel name: its unit and scale, where the files do not state them.
     pub(in crate::input) channels: Option<BTreeMap<String, Channel>>,
     /// By link name: points of it that are marked in the picture, two or more; for records without
@@ -109,6 +117,12 @@ pub(in crate::input) struct Record {
     /// Column or variable of this record that is time.
     #[schemars(extend("examples" = ["stamp_ms"]))]
     pub(in crate::input) time: Option<String>,
+    /// Time constant of the exponential window over this record, s; that of the session if absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) exponential_window_s: Option<f64>,
+    /// By how much the responses of this record are late, s; that of the session if absent.
+    #[schemars(extend("minimum" = -0.5, "maximum" = 0.5))]
+    pub(in crate::input) response_delay_s: Option<f64>,
     /// Spindle speed during the record, rev/min: its harmonics are flagged.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) spindle_rpm: Option<f64>,
