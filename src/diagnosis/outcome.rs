@@ -444,6 +444,15 @@ impl Finding {
     pub fn label(&self) -> String {
         label(self.cause, self.at.as_deref())
     }
+
+    /// How a part with a frequency of its own moves in the frame of its link: along which axis,
+    /// from where, m, and whether the robot file has its mass already. `None` of other causes, and
+    /// of a part without a place.
+    pub fn hangs(&self) -> Option<([f64; 3], [f64; 3], bool)> {
+        let hinge = self.hinge.as_ref().filter(|_| self.cause == Cause::LocalMode)?;
+        let axis = hinge.axes.first().filter(|_| self.at.is_some())?;
+        Some(((*axis).into(), hinge.origin_m.into(), hinge.carries == Carries::Part))
+    }
 }
 
 /// "payload at tool0".

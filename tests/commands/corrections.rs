@@ -77,6 +77,15 @@ fn a_local_mode_is_the_parts_frequency_or_its_mass() {
             assert!((found / expected - 1.0).abs() < 1e-3, "{found:?}, must be {expected:?}");
         }
     }
+    // Held without end, a part of the link's own mass changes nothing.
+    let own = "{cause: local_mode, at: link_3, parameters: {frequency_hz: 1e6, mass_kg: 2}, \
+               axes: [[0, 0, 1]], origin_m: [0.1, 0, 0.05], carries: part}";
+    for (found, expected) in frequencies(&[SOFT, own]).iter().zip(&plain) {
+        assert_eq!((found.len(), expected.len()), (3, 2));
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found:?}, must be {expected:?}");
+        }
+    }
     let rigid = "{cause: local_mode, at: tool0, parameters: {frequency_hz: 1e6, mass_kg: 6}, \
                  kind: translation, axes: [[1, 0, 0]], origin_m: [0.1, 0, 0.2]}";
     let mass = "{cause: payload, at: tool0, parameters: {mass_kg: 6, com_x_m: 0.1, com_z_m: 0.2}}";
@@ -185,7 +194,7 @@ policy: {tooth_passing_harmonics: 6, spindle_harmonics: 0}
 
 /// Robot, correction, what is said.
 #[rustfmt::skip]
-const REFUSED: [(&str, &str, &str); 34] = [
+const REFUSED: [(&str, &str, &str); 35] = [
     // Units that are not the joint's.
     ("irb1600/planar.yaml", "{cause: joint_stiffness, at: joint_2, parameters: {stiffness_n_per_m: 1000}}", "stiffness_n_per_m is 1000, must be stiffness_nm_per_rad, as joint 'joint_2' turns"),
     ("rail-mill/robot.yaml", "{cause: joint_stiffness, at: track, parameters: {stiffness_nm_per_rad: 1000}}", "stiffness_nm_per_rad is 1000, must be stiffness_n_per_m, as joint 'track' is prismatic"),
@@ -210,6 +219,7 @@ const REFUSED: [(&str, &str, &str); 34] = [
     ("irb1600/planar.yaml", "{cause: local_mode, parameters: {frequency_hz: 0}}", "frequency_hz is 0, must be positive"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: -1}, kind: translation, axes: [[1, 0, 0]]}", "mass_kg is -1, must be positive"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: 1}, kind: rotation, axes: [[1, 0, 0]]}", "kind is rotation, must be translation"),
+    ("irb1600/planar.yaml", "{cause: local_mode, at: link_3, parameters: {frequency_hz: 12, mass_kg: 1000}, axes: [[1, 0, 0]], carries: part}", "mass_kg is 1000, must be less than that of 'link_3'"),
     ("irb1600/planar.yaml", "{cause: local_mode, parameters: {frequency_hz: 12, mass_kg: 1}}", "mass_kg is 1, must be absent without 'at'"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12}}", "parameter 'mass_kg' is missing"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: 1}}", "axes are missing"),

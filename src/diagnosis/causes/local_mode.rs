@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::{Arm, CONTAINS_PLAIN, Candidate, Cause, CauseText, Parameter, Scale};
-use crate::model::Hinge;
+use crate::model::{Carries, Hinge};
 
 pub(super) const TEXT: CauseText = CauseText {
     description: "a part on the arm (gripper, dress pack, cable) has a natural frequency of its \
@@ -27,6 +27,42 @@ fn offset(name: &'static str) -> Parameter {
         starts: vec![0.0],
         expected: Some([0.0, SPREAD_M]),
     }
+}
+
+/// Parts whose mass the file has already, as that of a link or of the payload: they hang from
+/// there.
+fn contained(arm: &Arm<'_>, frequency: &Parameter) -> Vec<Candidate> {
+    let payload = arm.description.payload.as_ref();
+    let carried = payload.map(|payload| (&payload.link, payload.inertial));
+    let chain = arm.bodies.iter().filter(|body| body.on_chain && body.name != arm.root);
+    let own = chain.flat_map(|body| {
+        let names = std::iter::once(&body.name).chain(&body.welded);
+        names.filter_map(|name| {
+            let link = arm.description.links.iter().find(|link| link.name == *name)?;
+            Some((name, link.inertial?))
+        })
+    });
+    let mut candidates = Vec::new();
+    for (place, inertial) in own.chain(carried).filter(|(_, body)| body.mass_kg > 0.0) {
+        let most_kg = inertial.mass_kg;
+        let mass = Parameter {
+            name: "mass_kg",
+            scale: Scale::Log,
+            nominal: None,
+            bounds: [1e-3 * most_kg, 0.98 * most_kg],
+            starts: vec![0.3 * most_kg],
+            expected: None,
+        };
+        for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            let origin_m = inertial.com_m;
+            candidates.push(Candidate {
+                hinge: Some(Hinge { origin_m, carries: Carries::Part, ..Hinge::shift(axis) }),
+                plausibility: SELDOM + CONTAINS_PLAIN,
+                ..Candidate::new(Cause::LocalMode, place, vec![frequency.clone(), mass.clone()])
+            });
+        }
+    }
+    candidates
 }
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
@@ -61,6 +97,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
         expected: None,
     };
     let mut candidates = vec![light];
+    candidates.extend(contained(arm, &frequency));
     for body in arm.bodies.iter().filter(|body| body.on_chain && body.name != arm.root) {
         let holds_tip = body.name == arm.tip || body.welded.contains(&arm.tip);
         let (place, origin_m) =

@@ -156,7 +156,10 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
         vec![log("frequency_hz"), log("mass_kg"), linear("com_x_m")],
     );
     hung.hinge = Some(Hinge { origin_m, ..Hinge::shift(Vector3::z()) });
+    let mut own = Candidate::new(Cause::LocalMode, "l2", vec![log("frequency_hz"), log("mass_kg")]);
+    own.hinge = Some(Hinge { origin_m, carries: Carries::Part, ..Hinge::shift(Vector3::z()) });
     let cases = [
+        (own, vec![2.5, 1.0]),
         (hung, vec![2.5, 1.0, 2.0]),
         (unlike, vec![14.0, 15.0, 0.4, -0.3, 3.0]),
         (Candidate::new(Cause::LinkInertia, "l2", spread), vec![0.2, 0.3, -0.2]),

@@ -38,6 +38,29 @@ impl Hinge {
         self.give(description, &moved, name, stiffnesses);
     }
 
+    /// Takes a point mass at the origin of the axes off the body of the link `at`, or off the
+    /// payload there where the link has less.
+    pub(super) fn take(
+        &self,
+        description: &mut Description,
+        at: &str,
+        mass_kg: f64,
+    ) -> Result<(), String> {
+        let link = description.links.iter_mut().find(|link| link.name == at);
+        let own = link.and_then(|link| link.inertial.as_mut());
+        let carried = description.payload.as_mut().filter(|payload| payload.link == at);
+        let mut bodies = own.into_iter().chain(carried.map(|payload| &mut payload.inertial));
+        let Some(body) = bodies.find(|body| body.mass_kg > mass_kg) else {
+            return Err(format!(
+                "mass_kg is {mass_kg}, must be less than that of '{at}' or of its payload, which \
+                 carries: part takes it from"
+            ));
+        };
+        let point = Inertial { mass_kg: -mass_kg, com_m: self.origin_m, ..Inertial::none() };
+        *body = body.combined(&point);
+        Ok(())
+    }
+
     /// Hangs a point mass on the link `at`, that moves along the axes against springs of
     /// `stiffness`, N/m, called `name`.
     pub(super) fn hang(

@@ -13,7 +13,7 @@ pub(super) use self::law::SpringState;
 pub use self::law::{Conditions, REFERENCE_TEMPERATURE_C, StiffnessLaw};
 use super::cause::Cause;
 use super::description::{
-    CoordinateKind, Correction, Description, Drive, ElasticJoint, Hinge, Inertial, Joint,
+    Carries, CoordinateKind, Correction, Description, Drive, ElasticJoint, Hinge, Inertial, Joint,
     JointKind, Link,
 };
 use crate::notes::{Code, Note, Part, Place};
@@ -286,6 +286,9 @@ impl Correction {
         let more = (2..).map(|n| format!("{name}, part {n}"));
         let mut names = std::iter::once(name.clone()).chain(more);
         let name = names.find(|name| !is_taken(name)).unwrap_or_default();
+        if hinge.carries == Carries::Part {
+            hinge.take(description, &at, mass_kg)?;
+        }
         hinge.hang(description, &at, &name, mass_kg, stiffness);
         Ok(())
     }

@@ -74,6 +74,7 @@ pub fn plots(d: &Diagnosis) -> Vec<Plot> {
 fn card(found: &Finding) -> String {
     let mut facts: Vec<(&str, String)> =
         found.parameters.iter().map(|parameter| ("value", words::estimate(parameter))).collect();
+    facts.extend(words::motion(found).map(|motion| ("motion", motion)));
     let evidence = &found.evidence;
     facts.push((
         "evidence",

@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use super::words::{
-    alternatives, estimate, finding, left_out, p_value, position, structure, symmetry, verdict,
+    alternatives, estimate, finding, left_out, motion, p_value, position, structure, symmetry,
+    verdict,
 };
 use crate::diagnosis::{Diagnosis, Finding, LearnedDamping, NextPose, Verdict};
 use crate::study::diagnose::Diagnosed;
@@ -57,6 +58,9 @@ fn one_finding(out: &mut String, number: usize, found: &Finding) {
     wrapped(out, &format!("{number}. "), &finding(found));
     for parameter in &found.parameters {
         wrapped(out, "     value         ", &estimate(parameter));
+    }
+    if let Some(motion) = motion(found) {
+        wrapped(out, "     motion        ", &motion);
     }
     let evidence = format!(
         "p-value {}, ΔBIC {:+.1}",

@@ -56,6 +56,19 @@ pub(super) fn finding(finding: &Finding) -> String {
     format!("{}: {}", finding.label(), finding.text.description)
 }
 
+/// How a part with a frequency of its own moves; `None` of other causes, and of a part without a
+/// place.
+pub(super) fn motion(finding: &Finding) -> Option<String> {
+    let (axis, from_m, is_counted) = finding.hangs()?;
+    let vector = |v: [f64; 3]| format!("[{}]", v.map(number).join(", "));
+    let (axis, from, at) = (vector(axis), vector(from_m), finding.at.as_deref()?);
+    let mut text = format!("along {axis} from {from} m in the frame of {at}");
+    if is_counted {
+        text.push_str("; its mass is part of what the robot file has there");
+    }
+    Some(text)
+}
+
 /// "3.8e-12".
 pub(super) fn p_value(p: f64) -> String {
     if p < 1e-12 { "< 1e-12".to_owned() } else { format!("{p:.1e}") }
