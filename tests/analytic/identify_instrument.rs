@@ -91,6 +91,15 @@ fn windowed(record: &Record, window_s: f64) -> Record {
     record
 }
 
+/// The same samples, each with its time.
+fn with_times(record: &Record) -> Record {
+    let Data::Time { responses, excitation, .. } = record.data.clone() else {
+        unreachable!("sampled")
+    };
+    let times_s = (0..responses[0].samples.len()).map(|k| k as f64 / RATE_HZ).collect();
+    Record { data: Data::Uneven { times_s, excitation, responses }, ..record.clone() }
+}
+
 #[test]
 fn an_exponential_window_that_is_stated_is_taken_off() {
     let window_s = 0.8;
@@ -105,6 +114,10 @@ fn an_exponential_window_that_is_stated_is_taken_off() {
             let record = record(RATE_HZ, force, responses, Quantity::Acceleration);
             let record = windowed(&record, window_s);
             must_be_the_arm(&found(&record, stated), &format!("{what}, seed {seed}"));
+            let uneven = found(&with_times(&record), stated);
+            let near = uneven.modes.iter().find(|mode| (mode.frequency_hz - 12.0).abs() < 0.1);
+            let ratio = near.map_or(f64::NAN, |mode| mode.damping_ratio);
+            assert!((ratio / 0.03 - 1.0).abs() < 0.1, "{what}, seed {seed}, uneven: {ratio}");
             // 1/τ over 2π f is half of the first mode's damping.
             let unstated = found(&record, Instrument::default());
             let off = |mode: &Mode| (mode.frequency_hz - 12.0).abs();

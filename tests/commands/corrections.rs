@@ -194,7 +194,7 @@ policy: {tooth_passing_harmonics: 6, spindle_harmonics: 0}
 
 /// Robot, correction, what is said.
 #[rustfmt::skip]
-const REFUSED: [(&str, &str, &str); 35] = [
+const REFUSED: [(&str, &str, &str); 36] = [
     // Units that are not the joint's.
     ("irb1600/planar.yaml", "{cause: joint_stiffness, at: joint_2, parameters: {stiffness_n_per_m: 1000}}", "stiffness_n_per_m is 1000, must be stiffness_nm_per_rad, as joint 'joint_2' turns"),
     ("rail-mill/robot.yaml", "{cause: joint_stiffness, at: track, parameters: {stiffness_nm_per_rad: 1000}}", "stiffness_nm_per_rad is 1000, must be stiffness_n_per_m, as joint 'track' is prismatic"),
@@ -219,6 +219,7 @@ const REFUSED: [(&str, &str, &str); 35] = [
     ("irb1600/planar.yaml", "{cause: local_mode, parameters: {frequency_hz: 0}}", "frequency_hz is 0, must be positive"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: -1}, kind: translation, axes: [[1, 0, 0]]}", "mass_kg is -1, must be positive"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12, mass_kg: 1}, kind: rotation, axes: [[1, 0, 0]]}", "kind is rotation, must be translation"),
+    ("irb1600/planar.yaml", "{cause: local_mode, at: link_3, parameters: {frequency_hz: 12, mass_kg: 1}, axes: [[1, 0, 0]], carries: rest}", "carries is rest, must be link"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: link_3, parameters: {frequency_hz: 12, mass_kg: 1000}, axes: [[1, 0, 0]], carries: part}", "mass_kg is 1000, must be less than that of 'link_3'"),
     ("irb1600/planar.yaml", "{cause: local_mode, parameters: {frequency_hz: 12, mass_kg: 1}}", "mass_kg is 1, must be absent without 'at'"),
     ("irb1600/planar.yaml", "{cause: local_mode, at: tool0, parameters: {frequency_hz: 12}}", "parameter 'mass_kg' is missing"),

@@ -15,7 +15,7 @@ use unforced::free;
 use super::estimate::subspace::Stationary;
 use super::estimate::{Block, C64};
 use super::quality::{check_channel, without_clipped, without_gaps};
-use super::record::{Channel, Data, Quantity, Record};
+use super::record::{Channel, Data, Instrument, Quantity, Record};
 use super::references::Pairs;
 use super::spectra::Averaged;
 use crate::notes::{Code, Notes};
@@ -97,6 +97,8 @@ struct Sampling {
     band_hz: Option<[f64; 2]>,
     /// By how much the responses are late against the force.
     delay_s: f64,
+    /// Time constant of the exponential window over the responses.
+    window_s: Option<f64>,
 }
 
 /// Cuts and transforms a record; `None` (with a warning) where there is nothing to fit.
@@ -105,21 +107,13 @@ pub(super) fn prepare(
     band_hz: Option<[f64; 2]>,
     notes: &mut Notes,
 ) -> Option<Prepared> {
-    let delay_s = record.instrument.response_delay_s;
+    let Instrument { exponential_window_s: window_s, response_delay_s: delay_s } =
+        record.instrument;
     match &record.data {
         Data::Responses(functions) => given(functions, band_hz, delay_s, notes),
         Data::Time { sample_rate_hz, excitation, responses } => {
-            let sampling = Sampling { rate_hz: *sample_rate_hz, band_hz, delay_s };
-            let window_s = record.instrument.exponential_window_s;
-            match window_s.map(|window_s| Growth { steps: window_s * sample_rate_hz }) {
-                None => sampled(sampling, excitation.as_ref(), responses, notes),
-                Some(growth) => {
-                    let force = excitation.as_ref().map(|channel| growth.cut(channel));
-                    let responses: Vec<Channel> =
-                        responses.iter().map(|channel| growth.of(channel)).collect();
-                    sampled(sampling, force.as_ref(), &responses, notes)
-                }
-            }
+            let sampling = Sampling { rate_hz: *sample_rate_hz, band_hz, delay_s, window_s };
+            sampled(sampling, excitation.as_ref(), responses, notes)
         }
         Data::Uneven { times_s, excitation, responses } => {
             let Some(resampled) = resampled_evenly(times_s, notes) else {
@@ -130,7 +124,7 @@ pub(super) fn prepare(
             let responses: Vec<Channel> =
                 responses.iter().map(|channel| resampled.channel(channel)).collect();
             let band_hz = band_hz.or(Some([0.0, resampled.highest_hz()]));
-            let sampling = Sampling { rate_hz: resampled.rate_hz, band_hz, delay_s };
+            let sampling = Sampling { rate_hz: resampled.rate_hz, band_hz, delay_s, window_s };
             sampled(sampling, excitation.as_ref(), &responses, notes)
         }
     }
@@ -168,6 +162,22 @@ fn sampled(
     responses: &[Channel],
     notes: &mut Notes,
 ) -> Option<Prepared> {
+    if let Some(window_s) = sampling.window_s {
+        let growth = Growth { steps: window_s * sampling.rate_hz };
+        let force = excitation.map(|channel| growth.cut(channel));
+        let grown: Vec<Channel> = responses.iter().map(|channel| growth.of(channel)).collect();
+        let count = |channels: &[Channel]| channels.first().map_or(0, |own| own.samples.len());
+        if count(&grown) < count(responses) {
+            let what = format!(
+                "samples from {:.3} s on are left out: exponential_window_s leaves less than 1 % \
+                 there",
+                count(&grown) as f64 / sampling.rate_hz
+            );
+            notes.warning(Code::Remark, None, what);
+        }
+        let sampling = Sampling { window_s: None, ..sampling };
+        return sampled(sampling, force.as_ref(), &grown, notes);
+    }
     let usable: Vec<&Channel> =
         responses.iter().filter(|channel| check_channel(channel, false, notes)).collect();
     let usable = without_gaps(without_clipped(usable, notes), sampling.rate_hz, notes);

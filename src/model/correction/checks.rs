@@ -3,7 +3,7 @@
 
 use super::ALL_JOINTS;
 use crate::model::cause::Cause;
-use crate::model::description::{Correction, Description, Hinge, JointKind};
+use crate::model::description::{Carries, Correction, Description, Hinge, JointKind};
 use crate::notes::{Code, Note, Part, Place};
 
 impl Description {
@@ -54,6 +54,12 @@ impl Check<'_> {
                 ["frequency_hz", "mass_kg"].into_iter().for_each(|name| self.positive(name));
                 if self.correction.hinge.as_ref().is_some_and(Hinge::turns) {
                     self.refuse("kind", "kind is rotation, must be translation".to_owned());
+                }
+                let carries = self.correction.hinge.as_ref().map(|hinge| hinge.carries);
+                if carries == Some(Carries::Rest) {
+                    let what = "carries is rest, must be link (the part is beside the link's \
+                                mass) or part (it is in it)";
+                    self.refuse("carries", what.to_owned());
                 }
                 let of_a_place = ["mass_kg", "com_x_m", "com_y_m", "com_z_m"];
                 for name in of_a_place.into_iter().filter(|_| self.correction.at.is_none()) {
