@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::description::Inertial;
+use super::products::{rotated, turned};
 
 impl Inertial {
     /// A box of density 1 kg/m³ about its frame's origin, m along x, y and z.
@@ -42,11 +43,11 @@ impl Inertial {
 
     /// The same body seen from the frame in which its own frame is `pose`.
     pub(crate) fn transformed(&self, pose: &Isometry3<f64>) -> Self {
-        let r = pose.rotation.to_rotation_matrix();
+        let r = pose.rotation.to_rotation_matrix().into_inner();
         Self {
             mass_kg: self.mass_kg,
             com_m: pose.transform_point(&self.com_m.into()).coords,
-            inertia_kgm2: r * self.inertia_kgm2 * r.transpose(),
+            inertia_kgm2: rotated(&self.inertia_kgm2, &r),
         }
     }
 
@@ -68,7 +69,11 @@ impl Inertial {
 
 /// Inertia of a point mass at `r` about the origin: m (r·r 1 − r rᵀ).
 pub(super) fn point_inertia(mass: f64, r: &Vector3<f64>) -> Matrix3<f64> {
-    Matrix3::from_diagonal_element(mass * r.norm_squared()) - mass * r * r.transpose()
+    let entry = |i: usize, j: usize| {
+        let own = if i == j { mass * r.norm_squared() } else { 0.0 };
+        own - mass * r[i] * r[j]
+    };
+    Matrix3::from_fn(entry)
 }
 
 /// A rigid body in the base frame: mass, centre of mass, rotary inertia about it.
@@ -89,8 +94,8 @@ impl Composite {
     pub(super) fn placed(body: &Inertial, r: &Matrix3<f64>, origin: &Vector3<f64>) -> Self {
         Self {
             mass: body.mass_kg,
-            com: origin + r * body.com_m,
-            inertia: r * body.inertia_kgm2 * r.transpose(),
+            com: origin + turned(r, &body.com_m),
+            inertia: rotated(&body.inertia_kgm2, r),
         }
     }
 

@@ -10,6 +10,7 @@ use super::body::Composite;
 use super::correction::{Conditions, SpringState};
 use super::description::CoordinateKind;
 use super::placement::{Axis, Placement};
+use super::products::turned;
 use super::robot::{Coupling, Robot, UncertainBody};
 
 /// An inertia about an axis below this share of what the same body has across it counts as none: a
@@ -29,7 +30,7 @@ pub fn mass_matrix(robot: &Robot, placement: &Placement, m: &mut DMatrix<f64>) {
         // Momentum of what j carries, per unit rate of α_j: linear, and angular about the centre of
         // mass.
         let linear = axis_j.velocity_at(&body.com) * body.mass;
-        let angular = body.inertia * axis_j.angular_velocity();
+        let angular = turned(&body.inertia, &axis_j.angular_velocity());
         for &i in carriers {
             let axis_i = &placement.elastic_axes[i];
             let entry = axis_i.velocity_at(&body.com).dot(&linear)
@@ -71,7 +72,7 @@ pub fn body_mass_matrix(
 /// Entry of M for two axes that move a body.
 fn coupling([i, j]: [&Axis; 2], body: &Composite) -> f64 {
     let linear: Vector3<f64> = j.velocity_at(&body.com) * body.mass;
-    let angular: Vector3<f64> = body.inertia * j.angular_velocity();
+    let angular: Vector3<f64> = turned(&body.inertia, &j.angular_velocity());
     i.velocity_at(&body.com).dot(&linear) + i.angular_velocity().dot(&angular)
 }
 

@@ -19,6 +19,7 @@ mod placement;
 mod plausibility;
 mod pose_fault;
 mod posterior;
+mod products;
 mod robot;
 mod tip;
 

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::body::Composite;
 use super::description::CoordinateKind;
+use super::products::{product, turned};
 use super::robot::{NodeMotion, Robot};
 
 /// Position and orientation of a node in the base frame.
@@ -124,8 +125,9 @@ impl Placement {
                 Some(parent) => {
                     let parent = &self.frames[parent];
                     Frame {
-                        rotation: parent.rotation * fixed_rotation.matrix(),
-                        origin: parent.origin + parent.rotation * node.fixed.translation.vector,
+                        rotation: product(&parent.rotation, fixed_rotation.matrix()),
+                        origin: parent.origin
+                            + turned(&parent.rotation, &node.fixed.translation.vector),
                     }
                 }
             };
@@ -133,14 +135,15 @@ impl Placement {
                 NodeMotion::Fixed => {}
                 NodeMotion::Revolute { joint, axis } => {
                     self.joint_axes[joint] = Axis {
-                        direction: frame.rotation * axis.into_inner(),
+                        direction: turned(&frame.rotation, &axis),
                         point: frame.origin,
                         kind: CoordinateKind::Rotation,
                     };
-                    frame.rotation *= Rotation3::from_axis_angle(&axis, q[joint]).matrix();
+                    let turn = Rotation3::from_axis_angle(&axis, q[joint]);
+                    frame.rotation = product(&frame.rotation, turn.matrix());
                 }
                 NodeMotion::Prismatic { joint, axis } => {
-                    let direction = frame.rotation * axis.into_inner();
+                    let direction = turned(&frame.rotation, &axis);
                     self.joint_axes[joint] =
                         Axis { direction, point: frame.origin, kind: CoordinateKind::Translation };
                     frame.origin += direction * q[joint];
@@ -148,8 +151,8 @@ impl Placement {
             }
             for index in node.coordinates.clone() {
                 let coordinate = &robot.coordinates[index];
-                let direction = frame.rotation * coordinate.axis.into_inner();
-                let point = frame.origin + frame.rotation * coordinate.origin.coords;
+                let direction = turned(&frame.rotation, &coordinate.axis);
+                let point = frame.origin + turned(&frame.rotation, &coordinate.origin.coords);
                 self.elastic_axes[index] = Axis { direction, point, kind: coordinate.kind };
                 let Some(alpha) = alpha.map(|alpha| alpha[index]) else { continue };
                 match coordinate.kind {
