@@ -77,6 +77,16 @@ pub fn mm_read_as(m: f64) -> f64 {
     shortest(m, mm_from_m(m), m_from_mm)
 }
 
+/// The per cent with the fewest digits that [`ratio_from_percent`] turns into this ratio.
+pub fn percent_read_as(ratio: f64) -> f64 {
+    shortest(ratio, percent_from_ratio(ratio), ratio_from_percent)
+}
+
+/// The µm/N with the fewest digits that [`m_per_n_from_um_per_n`] turns into this compliance.
+pub fn um_per_n_read_as(compliance: f64) -> f64 {
+    shortest(compliance, um_per_n_from_m_per_n(compliance), m_per_n_from_um_per_n)
+}
+
 /// The number near `guess` with the fewest digits that `read` turns into `value`.
 fn shortest(value: f64, guess: f64, read: fn(f64) -> f64) -> f64 {
     let rounded = |digits: usize| format!("{guess:.digits$e}").parse().unwrap_or(guess);
@@ -96,6 +106,11 @@ pub fn hz_from_rad_per_s(omega: f64) -> f64 {
 /// Frequency in Hz to angular frequency in rad/s.
 pub fn rad_per_s_from_hz(hz: f64) -> f64 {
     hz * TAU
+}
+
+/// Frequency in Hz from kHz.
+pub fn hz_from_khz(khz: f64) -> f64 {
+    1e3 * khz
 }
 
 /// Spindle speed in rev/min to revolutions per second.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::formats::records::{Channel, Label, Recording, read_record};
+use crate::formats::records::{Channel, Function, Label, Recording, read_record};
 use crate::identify::record::Quantity;
 use crate::notes::{Code, Note, Place};
 use crate::units::{m_from_cm, m_from_mm, m_from_um, m_per_s2_from_g, n_from_kn};
@@ -112,7 +112,15 @@ pub(super) fn read_recording(path: &Path, time: Option<&str>) -> Result<Recordin
             }
             !counts
         });
-        if file.channels.is_empty() {
+        for Function { label, .. } in &mut file.functions {
+            let titled = label.name.clone();
+            let (unit, bare) = unit_of_name(&titled);
+            if label.unit.is_empty() && !unit.is_empty() {
+                (label.unit, label.alias) = (unit.to_owned(), bare.to_owned());
+            }
+            label.unit = without_force(&label.unit).to_owned();
+        }
+        if file.channels.is_empty() && file.functions.is_empty() {
             let what = "has no channel: there is no column beside time and a count of rows";
             return Err(vec![Note::error(Code::MissingKey, Place::file(path), what)]);
         }
@@ -125,6 +133,16 @@ pub(super) fn read_recording(path: &Path, time: Option<&str>) -> Result<Recordin
         }
     }
     Ok(file)
+}
+
+/// The unit of a response, of what is that unit per newton: `m/s2/N`, `m_per_s2_per_n`.
+fn without_force(unit: &str) -> &str {
+    let unit = unit.trim();
+    let per = ["/n", "_per_n", " per n"].into_iter().find(|per| {
+        let start = unit.len().checked_sub(per.len()).and_then(|at| unit.get(at..));
+        start.is_some_and(|end| end.eq_ignore_ascii_case(per))
+    });
+    per.map_or(unit, |per| &unit[..unit.len() - per.len()])
 }
 
 /// Whether a column is called as the frequencies of a frequency response are.

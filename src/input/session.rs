@@ -50,6 +50,7 @@ pub fn read_session(path: &Path, reading: &mut Reading) -> Result<Session, Vec<N
         file_errors: Vec::new(),
         file_warnings: Vec::new(),
         read: Vec::new(),
+        has_force: false,
     };
     let session = reader.session();
     let Reader { notes, file_errors, file_warnings, read, .. } = reader;
@@ -73,6 +74,8 @@ struct Reader<'s> {
     file_warnings: Vec<Note>,
     /// Files that were read already: several records may name one.
     read: Vec<ReadFile>,
+    /// Whether a force was measured in any record.
+    has_force: bool,
 }
 
 /// A file with what the session calls its time.
@@ -256,7 +259,12 @@ impl Reader<'_> {
         let line = self.tree.line_at(&of_file);
         let path = named_file(self.path, "file", &name, line, &mut self.notes)?;
         let time = record.time.as_deref().or(raw.time.as_deref());
-        let file = self.file(&path, time)?;
+        let mut file = self.file(&path, time)?;
+        // A table of frequency responses names no force.
+        let force = record.excitation.as_deref().unwrap_or("force");
+        for function in file.functions.iter_mut().filter(|function| function.reference.is_empty()) {
+            force.clone_into(&mut function.reference);
+        }
         let own = &[of_file[0], of_file[1]];
         let mut links = match &record.markers {
             Some(markers) => self.links(Some(markers), own),
@@ -325,6 +333,7 @@ impl Reader<'_> {
             let what = "response_delay_s has no effect on a record without excitation";
             self.notes.warning(Code::Unused, line, what);
         }
+        self.has_force |= has_force;
         Instrument {
             exponential_window_s: record.exponential_window_s.or(self.raw.exponential_window_s),
             response_delay_s: delay_s.filter(|_| has_force).unwrap_or(0.0),
@@ -417,6 +426,11 @@ impl Reader<'_> {
     /// Settings that no record uses, and marked points that no record has.
     fn check_use(&mut self, used: &[String]) {
         let raw = self.raw;
+        if raw.response_delay_s.is_some() && !self.has_force {
+            let line = self.tree.line_at(&[Step::Key("response_delay_s")]);
+            let what = "response_delay_s has no effect: no record has an excitation";
+            self.notes.warning(Code::Unused, line, what);
+        }
         for name in raw.channels.iter().flatten().map(|(name, _)| name) {
             if !used.contains(name) {
                 let line = self.tree.line_at(&[Step::Key("channels"), Step::Key(name)]);

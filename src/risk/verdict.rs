@@ -220,13 +220,13 @@ pub struct OperationRisk {
     /// Its standard error.
     pub probability_std_error: f64,
     /// What the model may be wrong by at most, in percent of any frequency.
-    #[serde(rename = "uncertainty_percent", serialize_with = "written::percent")]
+    #[serde(rename = "uncertainty_percent", serialize_with = "written::stated_percent")]
     pub model_uncertainty: f64,
     /// The same of each mode alone, ascending.
     #[serde(rename = "uncertainty_by_mode_percent", serialize_with = "written::percent")]
     pub uncertainty_by_mode: Vec<f64>,
     /// What a mode must move the tool tip at resonance to count.
-    #[serde(rename = "min_tip_response_um_per_n", serialize_with = "written::um")]
+    #[serde(rename = "min_tip_response_um_per_n", serialize_with = "written::stated_um_per_n")]
     pub min_tip_response_m_per_n: f64,
     /// The excitation lines that were looked at, ascending.
     pub lines: Vec<ExcitationLine>,

@@ -5,7 +5,10 @@ use std::path::Path;
 
 use serde::{Serialize, Serializer};
 
-use super::{deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio, um_from_m};
+use super::{
+    deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio, percent_read_as,
+    um_from_m, um_per_n_read_as,
+};
 
 /// A number, or several.
 pub trait Numbers: Serialize {
@@ -55,6 +58,10 @@ macro_rules! written {
 written! {
     /// A ratio in percent.
     percent: percent_from_ratio;
+    /// A ratio that somebody stated, in percent as it was stated.
+    stated_percent: percent_read_as;
+    /// A compliance that somebody stated, in µm/N as it was stated.
+    stated_um_per_n: um_per_n_read_as;
     /// An angle in degrees.
     deg: deg_from_rad;
     /// A length in millimetres.

@@ -243,7 +243,7 @@ records:
     let told = faults("records:\n  - {file: ok.csv, pose: {beta2_rad: 1}}\n", folder.path());
     assert!(told.contains("states no sampling rate"), "{told}");
     let rows: String = (1..10).map(|k| format!("{k},{},3\n", k * k)).collect();
-    fs::write(folder.path().join("frf.csv"), format!("frequency_hz,H_re,H_im\n{rows}")).unwrap();
+    fs::write(folder.path().join("frf.csv"), format!("frequency_hz,H,G\n{rows}")).unwrap();
     let told = faults(
         "sample_rate_hz: 140\nrecords:\n  - {file: frf.csv, pose: {beta2_rad: 1}}\n",
         folder.path(),

@@ -329,3 +329,93 @@ fn synthesised_responses_have_the_modes_that_made_them() {
     let reused = program::run(folder.path(), &["identify", "s.yaml", "--write-uff", "modes.uff"]);
     assert_eq!(reused.status.code(), Some(2), "an input is written over");
 }
+
+/// What a column makes of a value.
+type OfValue = fn(C64) -> f64;
+
+/// The two columns of a response as laboratories call them, with what each holds.
+const COLUMNS: [([&str; 2], [OfValue; 2]); 7] = [
+    (["tip_re", "tip_im"], [|v| v.re, |v| v.im]),
+    (["Re(tip) [m/s2/N]", "Im(tip) [m/s2/N]"], [|v| v.re, |v| v.im]),
+    (["tip real", "tip imag"], [|v| v.re, |v| v.im]),
+    (["tip_mag_m_per_s2_per_n", "tip_phase_deg"], [|v| v.norm(), |v| v.arg().to_degrees()]),
+    (["tip magnitude", "tip phase [rad]"], [|v| v.norm(), |v| v.arg()]),
+    (["tip_db", "tip_phase (deg)"], [|v| 20.0 * v.norm().log10(), |v| v.arg().to_degrees()]),
+    (["Magnitude [dB]", "Phase [deg]"], [|v| 20.0 * v.norm().log10(), |v| v.arg().to_degrees()]),
+];
+
+/// A table of frequencies in a unit of `in_hz` and of one response, with a coherence.
+fn table(frequency: &str, in_hz: f64, titles: [&str; 2], of: [OfValue; 2]) -> String {
+    let chain = chain();
+    let mut rng = seeded(9);
+    let mut text = format!("{frequency};{};{};coherence\n", titles[0], titles[1]);
+    for k in 1..360 {
+        let hz = f64::from(k) * STEP_HZ;
+        let noise = C64::new(gauss(&mut rng), gauss(&mut rng)) * 2e-3;
+        let value = chain.accelerance(hz, 0)[3] + noise;
+        let _ = writeln!(text, "{};{};{};1", hz / in_hz, of[0](value), of[1](value));
+    }
+    text
+}
+
+/// However its columns are called, a table holds the same frequency response.
+#[test]
+fn a_table_holds_frequency_responses() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = "records:\n  - {file: r.csv, pose: {beta2_rad: 1}, excitation: hammer}\n";
+    let truth: Vec<f64> = chain().modes().iter().map(|mode| mode.0).collect();
+    let mut constants: Vec<f64> = Vec::new();
+    let clocks = [
+        ("f_hz", 1.0),
+        ("Frequency [kHz]", 1e3),
+        ("omega_rad_per_s", std::f64::consts::TAU.recip()),
+    ];
+    for (place, (titles, of)) in COLUMNS.into_iter().enumerate() {
+        let (frequency, in_hz) = clocks[place % clocks.len()];
+        fs::write(folder.path().join("r.csv"), table(frequency, in_hz, titles, of)).unwrap();
+        let found = identified(folder.path(), session);
+        let told = frequencies(&found);
+        assert_eq!(told.len(), 4, "{titles:?} {told:?} {:?}", codes(&found));
+        for (told, truth) in told.iter().zip(&truth) {
+            assert!((told / truth - 1.0).abs() < 1e-3, "{titles:?} {told} {truth}");
+        }
+        let constant = &found["records"][0]["modes"][0]["shape"][0];
+        let name = if place == 6 { "h" } else { "tip" };
+        assert_eq!(constant["response"], name, "{titles:?}");
+        let size = &constant["modal_constant"];
+        constants.push(size[0].as_f64().unwrap().hypot(size[1].as_f64().unwrap()));
+    }
+    // Where the unit says that it is an acceleration, the constant is that of the displacement.
+    for (place, constant) in constants.iter().enumerate() {
+        let same = if [1, 3].contains(&place) { constants[1] } else { constants[0] };
+        assert!((constant / same - 1.0).abs() < 1e-6, "{constants:?}");
+    }
+    assert!(constants[1] < 1e-3 * constants[0], "{constants:?}");
+}
+
+/// What a table lacks, or cannot mean, is an error with its line.
+#[test]
+fn a_table_that_holds_no_whole_frequency_response_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = "records:\n  - {file: r.csv, pose: {beta2_rad: 1}}\n";
+    fs::write(folder.path().join("s.yaml"), session).unwrap();
+    let angle: OfValue = |v| v.arg();
+    for (titles, of, what) in [
+        (["tip_re", "other_im"], COLUMNS[0].1, "column 'tip_re' has no imaginary part beside it"),
+        (["tip_db", "tip"], COLUMNS[5].1, "column 'tip_db' has no phase beside it"),
+        (["tip_mag", "tip_phase"], COLUMNS[4].1, "column 'tip_phase' must say its unit"),
+        (["tip_mag", "tip_phase_deg"], [COLUMNS[4].1[0], angle], "is it in radians?"),
+        (["tip_mag", "tip_phase_rad"], COLUMNS[3].1, "is it in degrees?"),
+        (["tip_mag", "tip_phase_deg"], COLUMNS[5].1, "has negative values: decibels"),
+        (["tip_re", "tip real"], COLUMNS[0].1, "columns 'tip_re' and 'tip real' are the same"),
+        (["x_mm", "y_mm"], COLUMNS[0].1, "and none that is a part of one"),
+    ] {
+        let text = table("frequency_hz", 1.0, titles, of);
+        fs::write(folder.path().join("r.csv"), text).unwrap();
+        let output = program::run(folder.path(), &["identify", "s.yaml"]);
+        let told = program::err(&output);
+        let line = if titles[0] == "x_mm" { "s.yaml:2: " } else { "r.csv:1: " };
+        assert_eq!(output.status.code(), Some(2), "{titles:?}: {told}");
+        assert!(told.contains(what) && told.contains(line), "{titles:?}: {told}");
+    }
+}

@@ -2,12 +2,14 @@
 //! semicolons and then also decimal commas. A column `time` or `t`, in seconds or with its unit
 //! (`time_s`, `t [ms]`), is time; all others are channels. A header that was written as a comment,
 //! as numpy does, is taken for the header. Times may be uneven, as a telephone's are; a jump by far
-//! more than they usually vary is a loss of samples.
+//! more than they usually vary is a loss of samples. Without a time, columns may be frequency
+//! responses.
 
 use std::io::Read;
 use std::path::Path;
 
 use super::clock::{Clock, clock, time_among};
+use super::responses::{Columns, functions};
 use super::{Channel, Label, MAX_RECORD_BYTES, MIN_SAMPLES, Recording};
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
@@ -35,6 +37,27 @@ pub(super) fn read(path: &Path, named: Option<&str>) -> Result<Recording, Vec<No
     if lines.len() < MIN_SAMPLES && notes.errors() == 0 {
         let what = format!("has {} samples, must have at least {MIN_SAMPLES}", lines.len());
         notes.error(Code::TooLittleData, None, what);
+    }
+    if notes.errors() == 0 && time.is_none() {
+        let table = Columns { titles: &header, values: &columns, header_line };
+        if let Some(functions) = functions(&table, &mut notes) {
+            let is_sound = notes.errors() == 0;
+            let warnings = notes.finish();
+            let header_line = Some(header_line);
+            let is_titled = true;
+            return if is_sound {
+                let warnings = warnings.1;
+                Ok(Recording {
+                    functions,
+                    is_titled,
+                    header_line,
+                    warnings,
+                    ..Recording::default()
+                })
+            } else {
+                Err(warnings.0)
+            };
+        }
     }
     let clock = match time {
         Some((index, to_s)) if notes.errors() == 0 => {

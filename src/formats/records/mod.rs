@@ -5,6 +5,7 @@ mod clock;
 mod csv;
 mod mat;
 mod npy;
+mod responses;
 mod uff;
 mod wav;
 
@@ -45,6 +46,7 @@ pub(crate) struct Channel {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Function {
     pub(crate) label: Label,
+    /// Empty where the file does not name it.
     pub(crate) reference: String,
     pub(crate) frequencies_hz: Vec<f64>,
     pub(crate) values: Vec<Complex<f64>>,

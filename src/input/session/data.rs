@@ -40,9 +40,9 @@ impl Reader<'_> {
         }
         if let Some(column) = frequency_column(source.file) {
             let what = format!(
-                "file '{}' has a column '{column}', as frequency responses have: a table, .npy or \
-                 .mat is read as channels over time; frequency responses are read from UFF data \
-                 sets 58 (.uff, .unv)",
+                "file '{}' has a column '{column}', as frequency responses have, and none that is \
+                 a part of one: call them tip_re and tip_im, or tip_mag (tip_db) and tip_phase_deg \
+                 in a table, or give UFF data sets 58 (.uff, .unv)",
                 source.name
             );
             self.error(Code::Value, &source.at("file"), what);

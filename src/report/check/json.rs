@@ -59,7 +59,7 @@ struct Job<'a> {
     /// The worst verdict of its operations.
     verdict: Verdict,
     /// Half width of a mode's band, in percent of its frequency.
-    #[serde(rename = "separation_percent", serialize_with = "written::percent")]
+    #[serde(rename = "separation_percent", serialize_with = "written::stated_percent")]
     separation: f64,
     /// How far the model can be trusted.
     model: Model<'a>,
@@ -87,7 +87,7 @@ struct Model<'a> {
     /// Whether it was compared with measured frequencies.
     calibrated: bool,
     /// What it may be wrong by at most, in percent of any frequency.
-    #[serde(rename = "uncertainty_percent", serialize_with = "written::percent")]
+    #[serde(rename = "uncertainty_percent", serialize_with = "written::stated_percent")]
     uncertainty: f64,
     /// The same of each mode alone, ascending.
     #[serde(rename = "uncertainty_by_mode_percent", serialize_with = "written::percent")]
