@@ -71,18 +71,36 @@ fn departures(samples: &[f64], rate_hz: f64) -> Vec<(usize, bool)> {
     const RISE: f64 = 1.2;
     let window = compared(rate_hz);
     let Some(errors) = errors(samples) else { return Vec::new() };
+    let first = 3 * ORDER;
     let sizes: Vec<f64> = samples.iter().map(|y| y.abs()).collect();
     let ahead = sliding_maximum(&sizes, window);
     let loudest = sizes.iter().copied().fold(0.0, f64::max);
     // Below one step of the converter nothing is predicted too well.
     let step = rounding_step(samples).unwrap_or(0.0);
     let mut found = Vec::new();
-    let mut at = 3 * ORDER;
+    let stands_out =
+        |error: f64, others: &[f64]| error > OUT_OF_NOISE * deviation_about_zero(others).max(step);
+    // What is too early to be predicted from its past is predicted from what follows.
+    let backwards: Vec<f64> = samples.iter().rev().copied().collect();
+    let back = self::errors(&backwards).map(|errors| errors.into_iter().rev().collect::<Vec<_>>());
+    let early = |back: &Vec<f64>| {
+        (guard(rate_hz)..first.min(samples.len() - ORDER)).rev().find(|&at| {
+            let error = back[at].abs();
+            let behind = at + 1..(at + 1 + window).min(samples.len() - ORDER);
+            error > (SHARE * ahead[at + 1]).max(SHARE_OF_ALL * loudest)
+                && stands_out(error, &back[behind])
+        })
+    };
+    if let Some(last) = back.as_ref().and_then(early) {
+        let past = sizes[..=last].iter().copied().fold(0.0, f64::max);
+        found.push((last + 1, ahead[last + 1] > RISE * past));
+    }
+    let mut at = first;
     while at + ORDER < samples.len() {
         let before = at.saturating_sub(window).max(ORDER)..at;
         let error = errors[at].abs();
         if error > (SHARE * ahead[at]).max(SHARE_OF_ALL * loudest)
-            && error > OUT_OF_NOISE * deviation_about_zero(&errors[before.clone()]).max(step)
+            && stands_out(error, &errors[before.clone()])
         {
             let past = sizes[before].iter().copied().fold(0.0, f64::max);
             found.push((at, ahead[at] > RISE * past));

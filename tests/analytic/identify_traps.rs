@@ -185,6 +185,34 @@ fn a_decay_ends_where_the_next_hit_begins() {
     }
 }
 
+/// A hammer that strikes again 45 to 150 ms later, with no channel for its force: too early for the past to predict
+/// what comes, which is told and left out.
+#[test]
+fn a_hit_in_the_first_moments_of_a_decay_divides_it() {
+    const RATE: f64 = 512.0;
+    let truth = [(11.2, 0.02), (17.9, 0.02), (26.8, 0.015), (44.1, 0.015)];
+    let shapes: [&[f64]; 3] =
+        [&[1.0, 0.5, 0.3, 0.4], &[0.6, -0.8, 0.5, 0.6], &[0.4, 0.5, -0.9, 0.7]];
+    for (seed, gap) in [0.045, 0.06, 0.08, 0.1, 0.12, 0.15].into_iter().enumerate() {
+        let hits = [(0.25, 1.0), (0.25 + gap, 0.6)];
+        let force = move |t: f64| -> f64 {
+            hits.iter().map(|(start, height)| 100.0 * height * half_sine(t, *start, 0.004)).sum()
+        };
+        let own = truth.map(|own| swung(own, 1.0, 0.0, RATE, 3072, &force));
+        let found = identify_record(
+            &acceleration(RATE, None, mixed(&own, &shapes, 0.002, seed as u64)),
+            &asked(&[]),
+        );
+        let codes: Vec<Code> = found.warnings.iter().map(|note| note.code).collect();
+        assert!(
+            codes.iter().any(|code| matches!(code, Code::Discontinuity | Code::DoubleHit)),
+            "{gap}: {:?}",
+            found.warnings
+        );
+        must_be(&found, &truth, &format!("{gap} s"));
+    }
+}
+
 /// Three samples that a recorder lost in the middle of a decay, its column of time as even as ever; and a blow that
 /// the hammer's channel does not have.
 #[test]

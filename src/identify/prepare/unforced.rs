@@ -201,7 +201,12 @@ fn long_decays(
     breaks.for_each(|at| warn_of_break(*at, rate_hz, "the decay is divided there", notes));
     let both = found.iter().zip(&departures);
     let found: Vec<Decay> = both.flat_map(|(own, at)| at.decays(*own, rate_hz)).collect();
-    let is_long = |decay: &Decay| decay.to - decay.from >= MIN_DECAY_SAMPLES;
+    /// A decay counts beside one that is up to so many times as long.
+    const MAX_SHORTER: usize = 15;
+    // Beside a long decay the lines of a short one are too wide to tell its modes apart.
+    let longest = found.iter().map(|decay| decay.to - decay.from).max().unwrap_or(0);
+    let least = MIN_DECAY_SAMPLES.max(longest / MAX_SHORTER);
+    let is_long = |decay: &Decay| decay.to - decay.from >= least;
     let long: Vec<Decay> = found.iter().copied().filter(is_long).collect();
     warn_of_cut_decays(&found, &long, rate_hz, notes);
     if long.is_empty() {
