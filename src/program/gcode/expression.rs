@@ -20,6 +20,13 @@ pub(super) struct Parameters {
     are_macros: Vec<bool>,
 }
 
+/// What belongs to one call: #1 to #33, and names that do not begin with an underscore.
+#[derive(Debug, Default)]
+pub(super) struct Locals {
+    numbered: HashMap<i64, f64>,
+    named: HashMap<String, f64>,
+}
+
 /// A parameter as the text names it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Key {
@@ -65,22 +72,27 @@ impl Parameters {
             .ok_or_else(|| format!("{} is read, and the program has not set it", shown(key)))
     }
 
-    /// The locals of a call, #1 to #33: given, with those of the caller in return.
-    pub(super) fn enter(&mut self, locals: HashMap<i64, f64>, is_macro: bool) -> HashMap<i64, f64> {
-        let kept: HashMap<i64, f64> =
-            (1..=33).filter_map(|n| Some((n, self.numbered.remove(&n)?))).collect();
-        self.numbered.extend(locals);
+    /// The numbered locals of a call: given, with the locals of the caller in return.
+    pub(super) fn enter(&mut self, given: HashMap<i64, f64>, is_macro: bool) -> Locals {
+        let kept = self.take_locals();
+        self.numbered.extend(given);
         self.are_macros.push(is_macro);
         kept
     }
 
     /// Back in the caller.
-    pub(super) fn leave(&mut self, kept: HashMap<i64, f64>) {
+    pub(super) fn leave(&mut self, kept: Locals) {
         self.are_macros.pop();
-        (1..=33).for_each(|n| {
-            self.numbered.remove(&n);
-        });
-        self.numbered.extend(kept);
+        self.take_locals();
+        self.numbered.extend(kept.numbered);
+        self.named.extend(kept.named);
+    }
+
+    fn take_locals(&mut self) -> Locals {
+        Locals {
+            numbered: self.numbered.extract_if(|number, _| (1..=33).contains(number)).collect(),
+            named: self.named.extract_if(|name, _| !name.starts_with('_')).collect(),
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::expression::{Parameters, Reader, not_vacant};
+use super::expression::{Locals, Parameters, Reader, not_vacant};
 use crate::program::log::Log;
 use crate::program::unread::left_over;
 
@@ -21,7 +21,7 @@ struct Call {
     head: usize,
     repeats: u32,
     /// The caller's locals, where the call has its own.
-    kept: Option<HashMap<i64, f64>>,
+    kept: Option<Locals>,
 }
 
 /// A statement with an O-word.
@@ -346,10 +346,12 @@ impl<'t> Flow<'t> {
             "CALL" => {
                 let head = self.o_words.iter().find(|o| o.label == label && o.keyword == "SUB");
                 let head = head.ok_or_else(|| format!("O<{label}> is not in this file"))?.line;
-                let mut locals = HashMap::new();
+                // Of 30, those that are not given are zero.
+                let mut locals: HashMap<i64, f64> = (1..=30).map(|number| (number, 0.0)).collect();
                 let mut reader = behind.reader(&self.parameters);
+                let mut next = 0;
                 while reader.peek() == Some(b'[') {
-                    let next = locals.len() as i64 + 1;
+                    next += 1;
                     locals.insert(next, reader.value()?);
                 }
                 self.enter(head, 1, Some(locals), false)

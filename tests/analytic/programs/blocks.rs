@@ -240,6 +240,30 @@ fn a_cycle_goes_to_its_first_hole_where_the_height_is_known() {
     }
 }
 
+/// Names without an underscore belong to the call, and numbers that it does not give are zero, as LinuxCNC 2.9 has it
+/// (`rs274` of Debian's linuxcnc-uspace: X10.5, 20.5 and 30.5 to Z-3, then X0 to Z-1).
+#[test]
+fn names_belong_to_the_call_of_a_subroutine() {
+    let program = gcode(
+        "G21 G90 S900 M3\nG0 X0 Y0 Z5\no<hole> sub\n#<x>=#1\n#<depth>=#2\n#<_last>=#<x>\n\
+         G0 X[#<x>] Y[#3]\nG1 Z[0-#<depth>] F300\nG0 Z5\no<hole> endsub\n#<x>=10\n#<depth>=1\n\
+         o1 while [#<x> LE 20]\no<hole> call [#<x>+0.5] [3]\n#<x>=[#<x>+10]\no1 endwhile\n\
+         G0 X[#<_last>+1]\nG1 Z[0-#<depth>] F300\nM2\n",
+    );
+    let ends = [
+        ('L', [0.0, 0.0, 5.0]),
+        ('L', [10.5, 0.0, 5.0]),
+        ('L', [10.5, 0.0, -3.0]),
+        ('L', [10.5, 0.0, 5.0]),
+        ('L', [20.5, 0.0, 5.0]),
+        ('L', [20.5, 0.0, -3.0]),
+        ('L', [20.5, 0.0, 5.0]),
+        ('L', [21.5, 0.0, 5.0]),
+        ('L', [21.5, 0.0, -1.0]),
+    ];
+    assert_ends(&program, &ends);
+}
+
 /// A letter that a macro call does not give is vacant, as #0 is.
 #[test]
 fn letters_that_a_macro_call_does_not_give_are_vacant() {
