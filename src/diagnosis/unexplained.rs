@@ -3,7 +3,7 @@
 use super::data::Data;
 use super::fit::Fit;
 use super::posterior::{Calibrated, rounded};
-use crate::model::Unexplained;
+use crate::model::{Cause, Unexplained};
 
 /// No mode is better known, near the table or far from it, than the model with the causes that each
 /// fold chooses predicted it at the states that the fold left out: `errors` relative to the
@@ -35,6 +35,30 @@ pub(super) fn as_far_off_as_held_out(
         let own = own.unwrap_or(worst);
         *near = near.max(own);
         *far = far.max(own);
+    }
+}
+
+/// Of a link that bends the model has one hinge: it is fitted to the modes that were measured, and
+/// above these a real link has others. `modes` are those of the model without it.
+pub(super) fn as_hinges_stand_for_beams(
+    data: &Data,
+    chosen: &Fit<'_>,
+    modes: usize,
+    unexplained: &mut Unexplained,
+) {
+    /// Of ln f; beams of own mass differed by up to 0.67 in f from hinges that fit their lower
+    /// modes.
+    const OF_HINGES: f64 = 0.35;
+    /// Elastic coordinates that a cause adds at most.
+    const OF_CAUSE: usize = 6;
+    let effects = &chosen.hypothesis.effects;
+    if effects.iter().all(|(candidate, _)| candidate.cause != Cause::LinkFlexibility) {
+        return;
+    }
+    let measured = data.points.iter().map(|point| point.column + 1).max().unwrap_or(0);
+    for own in [&mut unexplained.near, &mut unexplained.far] {
+        own.resize(own.len().max(modes + OF_CAUSE * effects.len()), 0.0);
+        own.iter_mut().skip(measured).for_each(|ln| *ln = ln.max(OF_HINGES));
     }
 }
 

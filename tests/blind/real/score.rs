@@ -13,7 +13,7 @@ use crate::truth::run::{detune, map, map_columns};
 #[derive(Debug, Clone, Default)]
 pub(super) struct Score {
     pub(super) verdict: String,
-    findings: Vec<String>,
+    pub(super) findings: Vec<String>,
     /// Finding or its group names a hidden cause.
     first: bool,
     named: bool,
@@ -121,6 +121,20 @@ pub(super) fn judge(case: &Case, folder: &Path) -> Result<Score, String> {
             .map_or_else(Vec::new, |rows| rows.iter().filter_map(Value::as_u64).collect()),
         seconds,
     })
+}
+
+/// At how many fresh poses the first mode that nobody measured lies within its interval, of how many, behind [`judge`].
+pub(super) fn above_the_measured(case: &Case, folder: &Path) -> [usize; 2] {
+    let poses: Vec<Vec<f64>> = case.fresh.iter().map(|row| row.joints_rad.clone()).collect();
+    let is_end = |name: &str| name.ends_with("_lo95_hz") || name.ends_with("_hi95_hz");
+    let arguments = ["calibrated.yaml", "--intervals"];
+    let intervals = map_columns(folder, &arguments, &case.nominal, &poses, &is_end);
+    let next = case.modes;
+    let holds = |(ends, row): &(&Vec<f64>, &_)| {
+        let seen = case.real.frequencies_hz(row, next + 1)[next];
+        (ends[2 * next]..ends[2 * next + 1]).contains(&seen)
+    };
+    [intervals.iter().zip(&case.fresh).filter(holds).count(), poses.len()]
 }
 
 /// How many parameters of the hidden cause lie within the intervals of its finding, of how many.
