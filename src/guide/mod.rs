@@ -6,7 +6,7 @@
 //! | [`your_robot`] | from a URDF to a first verdict in ten minutes |
 //! | [`jobs`] | the job file, verdicts, warnings |
 //! | [`settings`] | what jobs share: robot, policy, accepted findings |
-//! | [`programs`] | RAPID, APT/CL and G-code: what is read, what is refused |
+//! | [`programs`] | RAPID, KRL, Fanuc TP, APT/CL, G-code, Heidenhain: what is read, what is refused |
 //! | [`robots`] | the robot file, and the robots that come with detune |
 //! | [`ci`] | checks in continuous integration |
 //! | [`advice`] | safe spindle speeds, schedules, other remedies |

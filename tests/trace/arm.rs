@@ -45,7 +45,7 @@ fn discs(time: f64) -> Vec<Disc> {
     [a, elbow, tip].map(|at| Disc { at, radius: 8.0, contrast: 150.0 }).to_vec()
 }
 
-/// Without `readout_ms` rows 130 px apart are 9 ms apart: 123° at 39.4 Hz.
+/// Without `readout_ms` rows 130 px apart are 8.7 ms apart: 123° at 39.4 Hz.
 #[test]
 fn a_film_of_the_arm_gives_its_frequencies_and_with_the_readout_its_shapes() {
     let folder = tempfile::tempdir().unwrap();
