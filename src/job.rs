@@ -128,6 +128,17 @@ pub struct Spindle {
     pub max_acceleration_rpm_per_s: Option<f64>,
 }
 
+impl Spindle {
+    /// What is assumed where the job states no acceleration, rev/min per second: a figure of no
+    /// spindle in particular.
+    pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
+
+    /// Fastest change of speed, stated or assumed, rev/min per second.
+    pub fn acceleration_rpm_per_s(&self) -> f64 {
+        self.max_acceleration_rpm_per_s.unwrap_or(Self::ASSUMED_ACCELERATION_RPM_PER_S)
+    }
+}
+
 /// What the tip of the arm carries, and who says so.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -34,9 +34,6 @@ pub use options::{FeedRule, Objective, Options};
 pub use outcome::{Depth, JobAdvice, OperationAdvice, Remedy, Vibration};
 pub use ranges::ModeRange;
 pub use ribbons::Ribbon;
-pub use schedule::{
-    ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, KeptSchedule, NoSchedule, Passage,
-    Schedule, SolverEnd,
-};
+pub use schedule::{Coupling, Exposure, KeptSchedule, NoSchedule, Passage, Schedule, SolverEnd};
 pub use speeds::{Binding, Block, ClosedRange, Constant, Pair, SafeSet, Speeds};
 pub use vibration::TipVibration;

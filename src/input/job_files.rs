@@ -145,6 +145,10 @@ fn is_job(path: &Path) -> bool {
     if !extension.is_some_and(|e| e.eq_ignore_ascii_case("yaml") || e.eq_ignore_ascii_case("yml")) {
         return false;
     }
+    // A pipe would wait for somebody who writes into it.
+    if std::fs::metadata(path).is_ok_and(|own| !own.is_file()) {
+        return false;
+    }
     let Ok(bytes) = read_bytes(path, MAX_FILE_BYTES) else { return true };
     let lines: Vec<&[u8]> =
         bytes.split(|byte| matches!(byte, b'\n' | b'\r')).map(without_starts).collect();
@@ -220,6 +224,13 @@ mod tests {
         assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()])[0], at("b.yaml"));
         assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()]).len(), all.len());
         assert_eq!(found(&[at("**/*.YAML")]), [at("b/deep/c.YAML")]);
+        #[cfg(unix)]
+        {
+            // Nobody writes into it.
+            let made = std::process::Command::new("mkfifo").arg(at("pipe.yaml")).status();
+            assert!(made.unwrap().success());
+            assert_eq!(found(&[folder.path().to_owned()]), all);
+        }
         // A file that is not there is somebody else's to tell.
         assert_eq!(found(&[at("gone.yaml")]), [at("gone.yaml")]);
         // A name with brackets that is there is no pattern.

@@ -224,6 +224,7 @@ fn settings(
             let what = [signal, procedure, comment];
             setter(context, path, "spindle_from", what, *argument, *rpm_per_unit, notes)
         }),
+        spindle_rpm: context.spindle_rpm,
         tool_from: raw.tool_from.as_ref().and_then(|from| {
             let raw::ToolFrom { signal, procedure, argument, comment } = from;
             setter(context, path, "tool_from", [signal, procedure, comment], *argument, None, notes)

@@ -465,7 +465,16 @@ fn check_rigid(elasticity: &raw::Elasticity, tree: &Node, urdf: Option<&Urdf>, n
 /// Springs that the file itself calls a guess, and that no measurement has judged since.
 fn assumed_springs(raw: &raw::Robot) -> Option<Note> {
     let joints = raw.elasticity.as_ref()?.joints.as_ref()?;
-    let guessed = joints.iter().filter(|(_, spring)| spring.assumed == Some(true));
+    /// What people write for a source that is none.
+    const NO_SOURCES: [&str; 8] =
+        ["assumed", "assumption", "guess", "guessed", "estimate", "estimated", "unknown", "tbd"];
+    let is_none = |source: &String| {
+        let plain = source.trim().trim_end_matches('.').to_lowercase();
+        NO_SOURCES.contains(&plain.as_str())
+    };
+    let guessed = joints.iter().filter(|(_, spring)| {
+        spring.assumed.unwrap_or_else(|| spring.source.as_ref().is_some_and(is_none))
+    });
     let names: Vec<&str> = guessed.map(|(name, _)| name.as_str()).collect();
     // A figure alone measures no spring.
     let is_measured = raw.calibration.as_ref().is_some_and(|own| own.posterior.is_some());

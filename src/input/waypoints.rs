@@ -14,7 +14,8 @@ use crate::model::{JointKind, Robot};
 use crate::motion::{Move, Stated, StatedFeeds, Target, Timing};
 use crate::notes::{Code, Note, Notes};
 use crate::program::{Assumed, ExternalAxis, SpindleCommand};
-use crate::units::{m_from_mm, rad_from_deg};
+use crate::units::{deg_from_rad, m_from_mm, rad_from_deg};
+use crate::wording::rounded;
 
 /// What the waypoints of one operation have in common.
 pub(super) struct OperationContext<'c> {
@@ -36,6 +37,8 @@ pub(super) struct OperationContext<'c> {
     pub(super) external_axes: &'c BTreeMap<String, ExternalAxis>,
     /// What programs are taken to find, by name in lower case.
     pub(super) assume: &'c BTreeMap<String, Assumed>,
+    /// The job's, where it states one for the whole operation, rev/min.
+    pub(super) spindle_rpm: Option<f64>,
     /// Whether the spindle's speed follows the operation's time.
     pub(super) is_scheduled: bool,
 }
@@ -107,7 +110,72 @@ pub(super) fn joint_moves(
             }
         }
     }
+    joints_in_radians(context, robot, &moves, rows, notes);
     (notes.errors() == before && !moves.is_empty()).then_some(moves)
+}
+
+/// Fewest joints of which all positions are small by chance.
+const MIN_JOINTS: usize = 4;
+
+/// Whether a number has more than two decimal places, as radians and metres mostly have.
+fn is_fine(value: f64) -> bool {
+    (value * 1e2 - (value * 1e2).round()).abs() > 1e-6
+}
+
+/// Doubts an arm of which all joints stay within two turns' worth of radians, as degrees.
+fn joints_in_radians(
+    context: &OperationContext<'_>,
+    robot: &Robot,
+    moves: &[Move],
+    rows: &Node,
+    notes: &mut Notes,
+) {
+    let turning: Vec<usize> = (0..robot.joints().len())
+        .filter(|&joint| robot.joints()[joint].kind != JointKind::Prismatic)
+        .collect();
+    let degrees = || {
+        let positions = moves.iter().filter_map(|each| match &each.to {
+            Target::Joints(q) => Some(q),
+            _ => None,
+        });
+        positions.flat_map(|q| turning.iter().map(|&joint| deg_from_rad(q[joint])))
+    };
+    let is_small = degrees().all(|deg| deg.abs() <= std::f64::consts::TAU);
+    let most = degrees().fold(0.0, |most: f64, deg| most.max(deg.abs()));
+    if turning.len() >= MIN_JOINTS && moves.len() > 1 && is_small && degrees().any(is_fine) {
+        let what = format!(
+            "{}: no joint is farther than {}° from zero anywhere; are joints_deg in radians?",
+            context.called,
+            rounded(most, 3)
+        );
+        notes.warning(Code::CadUnits, rows.line as usize, what);
+    }
+}
+
+/// Doubts a path of a few millimetres about the origin.
+fn poses_in_metres(
+    context: &OperationContext<'_>,
+    points_mm: &[[f64; 3]],
+    poses: &Node,
+    notes: &mut Notes,
+) {
+    /// No arm reaches farther than so many metres; no cut is so short in millimetres.
+    const REACH: f64 = 3.5;
+    let apart = |pair: &[[f64; 3]]| {
+        pair[0].iter().zip(pair[1]).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    let length_mm: f64 = points_mm.windows(2).map(apart).sum();
+    let mut values = points_mm.iter().flatten();
+    let is_near = values.clone().all(|v| v.abs() <= REACH);
+    if length_mm > 0.0 && length_mm <= REACH && is_near && values.any(|v| is_fine(*v)) {
+        let what = format!(
+            "{}: the whole path is {} mm long and within {REACH} mm of the work object's origin; \
+             is xyz_mm in metres?",
+            context.called,
+            rounded(length_mm, 3)
+        );
+        notes.warning(Code::CadUnits, poses.line as usize, what);
+    }
 }
 
 /// Joint positions in rad and m from a row in degrees and millimetres.
@@ -137,9 +205,11 @@ pub(super) fn pose_moves(
     let before = notes.errors();
     let work_object = context.work_object.unwrap_or_default();
     let mut moves = Vec::with_capacity(poses.items().len());
+    let mut points_mm = Vec::with_capacity(poses.items().len());
     for pose in poses.items() {
         // What a pose lacks or has wrong was reported when the file was checked against its schema.
         let Some(xyz) = pose.get("xyz_mm").and_then(triple) else { continue };
+        points_mm.push(xyz);
         let Some(rpy) = pose.get("rpy_deg") else {
             moves.push(context.to(Target::Line(work_object * placed(xyz, [0.0; 3])), pose.line));
             continue;
@@ -147,6 +217,7 @@ pub(super) fn pose_moves(
         let Some(rpy) = triple(rpy) else { continue };
         moves.push(context.to(Target::Line(work_object * placed(xyz, rpy)), pose.line));
     }
+    poses_in_metres(context, &points_mm, poses, notes);
     let whole = moves.len() == poses.items().len();
     (notes.errors() == before && whole && !moves.is_empty()).then_some(moves)
 }

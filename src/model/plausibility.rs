@@ -51,6 +51,7 @@ pub fn doubts(description: &Description, robot: &Robot, rigid: &[String]) -> Vec
     notes.extend(springs_off_the_chain(description, robot));
     notes.extend(joints_beside_the_arm(description, robot));
     notes.extend(strong_gravity(description));
+    notes.extend(limits_in_degrees(robot));
     notes.extend(laws_of_conditions(robot));
     notes.extend(robot.calibration().and_then(slight));
     notes.extend(robot.calibration().and_then(|calibration| changed_since(calibration, robot)));
@@ -432,6 +433,23 @@ fn strong_gravity(description: &Description) -> Option<Note> {
         let what = format!("gravity is {} m/s²; is it in mm/s²?", rounded(own, 4));
         Note::warning(Code::CadUnits, Place::key(Part::Gravity, "gravity_m_per_s2"), what)
     })
+}
+
+/// One joint of an arm may turn round several times, the last one; two do not.
+fn limits_in_degrees(robot: &Robot) -> Option<Note> {
+    const MOST_RAD: f64 = 4.0 * std::f64::consts::PI;
+    let mut far = robot.joints().iter().filter_map(|joint| {
+        let [from, to] = joint.limit.filter(|_| joint.kind == JointKind::Revolute)?;
+        (from.abs().max(to.abs()) > MOST_RAD).then_some((joint, from, to))
+    });
+    let ((joint, from, to), _) = (far.next()?, far.next()?);
+    let what = format!(
+        "its limits are {} and {} rad, several turns, as are those of other joints; are they in \
+         degrees?",
+        rounded(from, 4),
+        rounded(to, 4)
+    );
+    Some(Note::warning(Code::CadUnits, Place::key(Part::Joint(joint.name.clone()), "limit"), what))
 }
 
 /// Their compliance is not in the model.

@@ -111,8 +111,8 @@ codes! {
     HeldJoint = "held_joint": Doubt,
     /// Masses and inertias that no file states, distributed from the mass of the whole arm.
     AssumedMass = "assumed_mass": Doubt,
-    /// Numbers of a robot's files that look like millimetres, grams or degrees, or inertias that no
-    /// body is compact enough for.
+    /// Numbers of robot or job that look like millimetres, grams, degrees or radians, or inertias
+    /// that no body is compact enough for.
     CadUnits = "cad_units": Doubt,
     /// A stiffness out of scale with those of the other joints.
     StiffnessScale = "stiffness_scale": Doubt,
@@ -159,6 +159,8 @@ codes! {
     /// A spindle schedule asks for more than the spindle's acceleration, or a program cuts before
     /// the spindle can have reached the speed that it changes to.
     SpindleAcceleration = "spindle_acceleration": Doubt,
+    /// A spindle schedule runs in time, and a joint cannot keep the feed that it counts on.
+    ScheduleTiming = "schedule_timing": Doubt,
     /// A spindle schedule cannot follow the objective that was asked for.
     ObjectiveNotFollowed = "objective_not_followed": Remark,
     /// Nobody says what the arm carries, so a verdict is at best uncertain.

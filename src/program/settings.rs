@@ -25,6 +25,8 @@ pub struct Settings {
     pub joint_count: usize,
     /// RAPID: where the program sets the spindle's speed, which the language has no word for.
     pub spindle_from: Option<SetBy>,
+    /// Spindle speed that the job states for the whole program, rev/min.
+    pub spindle_rpm: Option<f64>,
     /// RAPID: where the program sets the number of the tool.
     pub tool_from: Option<SetBy>,
     /// G-code: what axes A, B and C turn, from the base to the tool.
@@ -65,6 +67,7 @@ impl Default for Settings {
             rapid_m_per_s: RAPID_M_PER_S,
             joint_count: 0,
             spindle_from: None,
+            spindle_rpm: None,
             tool_from: None,
             rotary_axes: Vec::new(),
             coordinates: None,

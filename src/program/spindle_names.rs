@@ -18,7 +18,7 @@ const BESIDE_RPM: [&str; 24] = [
 /// Whether a name looks like the spindle's.
 pub(super) fn is_spindles(name: &str) -> bool {
     let lower = name.to_lowercase();
-    lower.contains("spind")
+    ["spind", "spndl", "spdl"].iter().any(|own| lower.contains(own))
         || lower.contains("drehzahl")
         || lower.contains("rpm")
             && name
@@ -66,9 +66,10 @@ pub(super) fn doubt(settings: &Settings, log: &mut Log, line: usize, name: &str)
     }
 }
 
-/// What a program sets its analog outputs to, by their names. One that is set to two speeds may be
-/// the spindle's; one that is set to a single value, and to zero, has no other speed to be checked
-/// than the one that the job states.
+/// What a program sets its analog outputs to, by their names. One that is set to two values may be
+/// the spindle's, and so may one that is set to a value as speeds have, which the job does not
+/// state. Any other that is set to a single value, and to zero, has no other speed to be checked
+/// than the job's.
 #[derive(Debug, Default)]
 pub(super) struct Analog {
     /// `None` of those that have been told of; NaN is a value that only the run knows.
@@ -89,8 +90,24 @@ impl Analog {
         if settings.spindle_from.is_some() || is_spindles(name) || value == Some(0.0) {
             return;
         }
+        /// Voltages, shares and per cent lie below, rev/min above.
+        const LEAST_RPM: f64 = 101.0;
         let value = value.unwrap_or(f64::NAN);
         let before = match self.set.get(name) {
+            None if value >= LEAST_RPM
+                && settings.spindle_rpm.is_some_and(|rpm| (rpm - value).abs() > 0.5) =>
+            {
+                self.set.insert(name.to_owned(), None);
+                let what = format!(
+                    "the analog output '{name}' is set to {}, and the job's spindle_rpm is {}: it \
+                     may be the spindle's speed; path.program.spindle_from in the job can say what \
+                     sets it, accept that this is not it",
+                    plain(value),
+                    plain(settings.spindle_rpm.unwrap_or_default())
+                );
+                log.warning(Code::SpindleCommand, line, what);
+                return;
+            }
             None => {
                 self.set.insert(name.to_owned(), Some(value));
                 return;
@@ -135,6 +152,8 @@ mod tests {
             "rpmSoll",
             "rpm1000",
             "aoRpmSet",
+            "aoSpndl",
+            "SPDL_SPEED",
             "SOLLRPM",
         ] {
             assert!(is_spindles(name), "{name}");

@@ -5,7 +5,7 @@ use super::verdict::OperationRisk;
 use crate::job::{Job, Operation, SpindleSpeed};
 use crate::notes::{Code, Note, Place};
 use crate::path::Path;
-use crate::units::um_per_n_from_m_per_n;
+use crate::units::um_per_n_read_as;
 
 /// Measured arms have their first mode at 7 to 26 Hz: less than half of that, or eight times as
 /// much, is a mistake in the model.
@@ -58,6 +58,12 @@ pub(super) fn on_operation(
             }
         );
         let place = Place { line: Some(path.line_at(overspeed.s)), ..Place::default() };
+        if matches!(operation.speed, SpindleSpeed::Schedule(_)) {
+            let what = "the spindle schedule runs in time, and the arm comes later than its feed \
+                        says: the speeds are checked at other places than they will run";
+            let note = Note::warning(Code::ScheduleTiming, place.clone(), what);
+            warnings.push(in_operation(job, operation, note));
+        }
         warnings.push(in_operation(job, operation, Note::warning(Code::FeedLimit, place, what)));
     }
     warnings
@@ -115,7 +121,7 @@ pub fn nothing_checked(job: &Job, counted: &Counted) -> Option<String> {
         return Some(format!(
             "nothing was checked: every mode moves the tool tip less than \
              policy.min_tip_response_um_per_n, {}",
-            um_per_n_from_m_per_n(job.policy.min_tip_response_m_per_n.unwrap_or(0.0))
+            um_per_n_read_as(job.policy.min_tip_response_m_per_n.unwrap_or(0.0))
         ));
     }
     None
@@ -125,7 +131,7 @@ pub fn nothing_checked(job: &Job, counted: &Counted) -> Option<String> {
 fn too_sudden(job: &Job, operation: &Operation, path: &Path) -> Option<String> {
     /// A schedule at the limit is not beyond it: rounding.
     const ROUNDING: f64 = 1e-9;
-    let most = job.spindle.max_acceleration_rpm_per_s?;
+    let most = job.spindle.acceleration_rpm_per_s();
     let SpindleSpeed::Schedule(points) = &operation.speed else { return None };
     let pieces = points.windows(2).enumerate().map(|(index, pair)| {
         let seconds = (pair[1].0 - pair[0].0) * path.duration_s();
@@ -136,9 +142,11 @@ fn too_sudden(job: &Job, operation: &Operation, path: &Path) -> Option<String> {
     let (index, pair, rate) = beyond.max_by(|a, b| a.2.total_cmp(&b.2))?;
     let ([(_, from), (_, to)], next) = ([pair[0], pair[1]], index + 1);
     let asked = if rate.is_finite() { format!("{rate:.1} rpm/s") } else { "a jump".to_owned() };
+    let is_assumed = job.spindle.max_acceleration_rpm_per_s.is_none();
+    let who = if is_assumed { "is not given, and assumed to be" } else { "is" };
     Some(format!(
         "spindle_schedule[{index}] to [{next}], from {from} to {to} rpm, requires {asked}; \
-         spindle.max_acceleration_rpm_per_s is {most}"
+         spindle.max_acceleration_rpm_per_s {who} {most}"
     ))
 }
 

@@ -133,7 +133,7 @@ fn a_short_crossing_has_its_probability() {
     let robot = repository().join("robots/irb1600/robot.yaml");
     let job = |s: f64, low_rpm: f64| {
         format!(
-            "robot: {}\npayload: none\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 200, max_rpm: 24000}}\npolicy: \
+            "robot: {}\npayload: none\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 200, max_rpm: 24000, max_acceleration_rpm_per_s: 1e9}}\npolicy: \
              {{tooth_passing_harmonics: 1, spindle_harmonics: 0, min_tip_response_um_per_n: 0}}\noperations:\n  \
              - name: a\n    feed_mm_per_min: 400\n    spindle_schedule: [{{s: 0, rpm: 24000}}, {{s: 0.5, rpm: \
              24000}}, {{s: {}, rpm: {low_rpm}}}, {{s: {}, rpm: 24000}}, {{s: 1, rpm: 24000}}]\n    path: \
@@ -153,4 +153,44 @@ fn a_short_crossing_has_its_probability() {
         assert_eq!(gated(s, 300.0), ("resonance".to_owned(), 1), "{s}");
     }
     assert_eq!(gated(3e-5, 23990.0), ("clear".to_owned(), 0));
+}
+
+/// Waypoints in radians and metres are paths of some degrees and of a millimetre: a verdict about another path.
+#[test]
+fn waypoints_in_other_units_are_doubted() {
+    let job = |path: &str| {
+        format!(
+            "tool: {{teeth: 2}}\npayload: none\ntcp: {{xyz_m: [0, 0, 0.15]}}\n\
+             work_object: {{xyz_m: [0.72, -0.12, 0.42]}}\n\
+             spindle: {{min_rpm: 200, max_rpm: 30000}}\n\
+             policy: {{tooth_passing_harmonics: 1, spindle_harmonics: 0}}\noperations:\n  \
+             - {{name: edge, spindle_rpm: 29000, feed_mm_per_min: 300, path: {{{path}}}}}\n"
+        )
+    };
+    let pose = |x: f64, y: f64| format!("{{xyz_mm: [{x}, {y}, 0.0], rpy_deg: [0, 180, 0]}}");
+    let poses = |a: String, b: String| job(&format!("poses: [{a}, {b}]"));
+    for (path, says) in [
+        (
+            job("joints_deg: [[0, 0.3491, -0.1745, 0, 1.0472, 0], [0.1, 0.4, -0.2, 0, 1.1, 0]]"),
+            "in radians?",
+        ),
+        (poses(pose(0.04, 0.0), pose(0.125, 0.03)), "in metres?"),
+    ] {
+        let (verdict, warnings) = checked("irb1600", &path);
+        assert_eq!(
+            (verdict.as_str(), codes(&warnings)),
+            ("uncertain", vec!["cad_units"]),
+            "{path}"
+        );
+        assert!(warnings[0].1.contains(says), "{warnings:?}");
+    }
+    for path in [
+        job("joints_deg: [[0, 20, -10, 0, 60, 0], [0.1, 20.4, -9.8, 0, 60.1, 0]]"),
+        job("joints_deg: [[0, 2, -1, 0, 6, 0], [1, 2, -1, 0, 5, 0]]"),
+        poses(pose(40.0, 0.0), pose(125.0, 30.0)),
+        poses(pose(0.0, 0.0), pose(2.0, 1.5)),
+    ] {
+        let (verdict, warnings) = checked("irb1600", &path);
+        assert_eq!((verdict.as_str(), codes(&warnings)), ("clear", vec![]), "{path}");
+    }
 }

@@ -477,6 +477,40 @@ fn gravity_in_millimetres_is_doubted() {
     assert_eq!(warnings(&with("9.81"), &urdf).unwrap(), []);
 }
 
+/// Limits of ±166 are taken for radians; the last joint of an arm may turn round often.
+#[test]
+fn limits_in_degrees_are_doubted() {
+    let (yaml, urdf) = (original("robot.yaml"), original("irb1600.urdf"));
+    let limited = |urdf: &str, joint: &str| {
+        let at = urdf.find(&format!("<joint name=\"{joint}\"")).unwrap();
+        let from = at + urdf[at..].find("lower=").unwrap();
+        let to = from + urdf[from..].find(" velocity").unwrap();
+        format!("{}lower=\"-166\" upper=\"166\"{}", &urdf[..from], &urdf[to..])
+    };
+    let one = limited(&urdf, "joint_6");
+    assert_eq!(warnings(&yaml, &one).unwrap(), []);
+    let says = ["its limits are -166 and 166 rad", "are they in degrees?"];
+    assert_doubt(&yaml, &limited(&one, "joint_4"), Code::CadUnits, "166", &says);
+}
+
+/// A source that is none is a guess, unless the file says otherwise.
+#[test]
+fn a_spring_whose_source_is_a_guess_is_doubted() {
+    let urdf = original("irb1600.urdf");
+    let from =
+        |source: &str| original("robot.yaml").replace("source: \"assumed: like joint 2\"", source);
+    for source in ["source: assumed", "source: Guess."] {
+        assert_doubt(&from(source), &urdf, Code::AssumedSpring, "elasticity", &["joint_1"]);
+    }
+    for source in [
+        "source: assumed, assumed: false",
+        "source: \"assumed: like joint 2\"",
+        "source: load test",
+    ] {
+        assert_eq!(warnings(&from(source), &urdf).unwrap(), [], "{source}");
+    }
+}
+
 /// Readers of URDF pass over these: another robot than the one that is meant.
 #[test]
 fn what_readers_of_a_urdf_pass_over_is_refused() {

@@ -33,7 +33,7 @@ mod search;
 mod task;
 
 pub use exposures::{Exposure, Passage};
-pub use outcome::{ASSUMED_ACCELERATION_RPM_PER_S, Coupling, KeptSchedule, NoSchedule, Schedule};
+pub use outcome::{Coupling, KeptSchedule, NoSchedule, Schedule};
 pub use quadratic_program::SolverEnd;
 pub(super) use task::Task;
 
@@ -76,7 +76,7 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
     }
     let given = job.spindle.max_acceleration_rpm_per_s;
     // No spindle reaches its highest speed within a microsecond; more is lost in digits.
-    let acceleration_rpm_per_s = given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S).min(1e9);
+    let acceleration_rpm_per_s = job.spindle.acceleration_rpm_per_s().min(1e9);
     let (follows, target_rpm) = task.goal();
     let sides = sides(&air_cut_sides(task));
     let look = |slack| Cells::look(path, sides.clone(), task.survey, task.counting, slack);

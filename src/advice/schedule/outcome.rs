@@ -9,10 +9,6 @@ use crate::advice::options::Objective;
 use crate::advice::speeds::{Constant, Speeds};
 use crate::units::written;
 
-/// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any
-/// spindle.
-pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
-
 /// How a schedule came about, and what it crosses.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -43,7 +39,7 @@ pub struct Schedule {
     pub chip_load_ratios: [f64; 2],
     /// The acceleration that is kept, and whether the job gives none, so that it is assumed.
     pub acceleration_rpm_per_s: f64,
-    /// Whether it is [`ASSUMED_ACCELERATION_RPM_PER_S`].
+    /// Whether it is [`Spindle::ASSUMED_ACCELERATION_RPM_PER_S`](crate::job::Spindle).
     #[serde(rename = "acceleration_is_assumed")]
     #[schemars(description = "")]
     pub is_acceleration_assumed: bool,

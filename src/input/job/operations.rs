@@ -98,6 +98,7 @@ impl<'j> Reader<'j> {
             work_object: self.raw.work_object.as_ref().map(placed),
             external_axes: &external_axes,
             assume: &assume,
+            spindle_rpm: raw.spindle_rpm,
             is_scheduled: raw.spindle_schedule.is_some(),
         };
         self.check_cutting(raw, node, called);

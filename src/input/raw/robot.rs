@@ -97,8 +97,7 @@ pub(in crate::input) struct JointSpring {
     /// Viscous damping of a prismatic joint, N·s/m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) damping_ns_per_m: Option<f64>,
-    /// Where the numbers come from.
-    #[expect(dead_code, reason = "for people")]
+    /// Where the numbers come from; `assumed` or `guess` alone counts as `assumed: true`.
     pub(in crate::input) source: Option<String>,
 }
 

@@ -43,6 +43,14 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
             text.push('\n');
         }
     }
+    // What the policy looks away from is told, as a line there makes no verdict.
+    for operation in operations.iter().filter(|own| !own.risk.left_out.lines.is_empty()) {
+        let what = sentences::left_out(operation).unwrap_or_default();
+        let name = printable(&operation.risk.name);
+        let file = visible(&paths::slashed(&paths::within(root, &operation.job.file)));
+        let text_of = data(&format!("{name}: left out {what}"));
+        text.push_str(&format!("::notice file={}::{text_of}\n", property(&file)));
+    }
     for level in LEVELS {
         let of_level: Vec<_> =
             found.iter().filter(|(_, finding)| level_of(finding) == level).collect();

@@ -49,16 +49,18 @@ fn case(operation: &CheckedOperation<'_>, job_file: &str, gate: Gate) -> TestCas
     let exceeds = !sentences::breaches(operation).is_empty();
     let fails = gate.fails(risk.verdict, risk.probability, exceeds);
     let found = described(operation);
+    let left_out = sentences::left_out(operation).map(|what| format!("left out: {what}"));
+    let whole = joined(&found).into_iter().chain(left_out).collect::<Vec<_>>().join("\n");
     let mut case = if fails {
         let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
         status.set_type(words::spelled(risk.verdict));
         status.set_message(headline(risk, found.len()));
-        status.set_description(joined(&found));
+        status.set_description(whole);
         TestCase::new(printable(&risk.name), status)
     } else {
         let mut case = TestCase::new(printable(&risk.name), TestCaseStatus::success());
-        if !found.is_empty() {
-            case.set_system_out(format!("{}: {}", words::spelled(risk.verdict), joined(&found)));
+        if !whole.is_empty() {
+            case.set_system_out(format!("{}: {whole}", words::spelled(risk.verdict)));
         }
         case
     };
@@ -89,10 +91,10 @@ fn described(operation: &CheckedOperation<'_>) -> Vec<String> {
     doubts.chain(findings).collect()
 }
 
-fn joined(found: &[String]) -> String {
+fn joined(found: &[String]) -> Option<String> {
     let mut text = found[..found.len().min(MAX_FINDINGS)].join("\n");
     if found.len() > MAX_FINDINGS {
         text.push_str(&format!("\n… and {} more", found.len() - MAX_FINDINGS));
     }
-    text
+    (!text.is_empty()).then_some(text)
 }

@@ -63,6 +63,7 @@ fn commands_of_rapid_to_the_spindle_by_other_names_are_a_doubt() {
         "SetGO nrpm_soll,3000;",
         "Reset doSpindle;",
         "SetAO ao1,nRPM;",
+        "SetAO aoSpndl,80;",
         "SetAO ao1,nMaxRpm*0.5;",
         "nSpindleSpeed:=3000;",
         "Incr nSpindleSpeed;",
@@ -380,5 +381,12 @@ fn an_analog_output_that_is_set_to_two_speeds_is_a_doubt() {
         assert_eq!(rapid(&two, &signal("ao2")), 0);
     }
     assert_eq!(rapid("SetAO ao1,3;\nSetAO ao2,5;", &settings()), 0);
+    // A value as speeds have, and another than the job's.
+    let stated = Settings { spindle_rpm: Some(3000.0), ..settings() };
+    for (value, expected) in [("3000", 0), ("9000", 1), ("10", 0), ("100", 0)] {
+        assert_eq!(rapid(&format!("SetAO ao1,{value};"), &stated), expected, "{value}");
+        assert_eq!(krl(&format!("$ANOUT[1]={value}"), &stated), expected, "{value}");
+        assert_eq!(tp(&format!("AO[1]={value}"), &stated), expected, "{value}");
+    }
     assert_eq!(rapid("SetAO ao1,3;\nSetAO ao1,AInput(ai1);", &settings()), 1);
 }
