@@ -141,8 +141,8 @@ fn joints_in_radians(
         positions.flat_map(|q| turning.iter().map(|&joint| deg_from_rad(q[joint])))
     };
     let is_small = degrees().all(|deg| deg.abs() <= std::f64::consts::TAU);
-    let most = degrees().fold(0.0, |most: f64, deg| most.max(deg.abs()));
     if turning.len() >= MIN_JOINTS && moves.len() > 1 && is_small && degrees().any(is_fine) {
+        let most = degrees().fold(0.0, |most: f64, deg| most.max(deg.abs()));
         let what = format!(
             "{}: no joint is farther than {}° from zero anywhere; are joints_deg in radians?",
             context.called,
