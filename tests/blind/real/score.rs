@@ -123,18 +123,22 @@ pub(super) fn judge(case: &Case, folder: &Path) -> Result<Score, String> {
     })
 }
 
-/// At how many fresh poses the first mode that nobody measured lies within its interval, of how many, behind [`judge`].
-pub(super) fn above_the_measured(case: &Case, folder: &Path) -> [usize; 2] {
+/// The narrowest interval, ln of its ends' ratio, of the first mode that nobody measured, over the fresh poses, behind
+/// [`judge`]; and at how many of these the truth lies within.
+pub(super) fn above_the_measured(case: &Case, folder: &Path) -> (f64, usize) {
     let poses: Vec<Vec<f64>> = case.fresh.iter().map(|row| row.joints_rad.clone()).collect();
     let is_end = |name: &str| name.ends_with("_lo95_hz") || name.ends_with("_hi95_hz");
     let arguments = ["calibrated.yaml", "--intervals"];
     let intervals = map_columns(folder, &arguments, &case.nominal, &poses, &is_end);
     let next = case.modes;
-    let holds = |(ends, row): &(&Vec<f64>, &_)| {
+    let ends = |of: &Vec<f64>| [of[2 * next], of[2 * next + 1]];
+    let width = |of: &Vec<f64>| (ends(of)[1] / ends(of)[0]).ln();
+    let holds = |(of, row): &(&Vec<f64>, &_)| {
         let seen = case.real.frequencies_hz(row, next + 1)[next];
-        (ends[2 * next]..ends[2 * next + 1]).contains(&seen)
+        (ends(of)[0]..ends(of)[1]).contains(&seen)
     };
-    [intervals.iter().zip(&case.fresh).filter(holds).count(), poses.len()]
+    let narrowest = intervals.iter().map(width).fold(f64::INFINITY, f64::min);
+    (narrowest, intervals.iter().zip(&case.fresh).filter(holds).count())
 }
 
 /// How many parameters of the hidden cause lie within the intervals of its finding, of how many.
