@@ -157,7 +157,7 @@ fn piece_count(radius: f64, sweep: f64, rise: f64) -> f64 {
 
 /// The centre of the arc of this radius: on the left of the way if it turns left and is the
 /// shorter.
-fn centre_of(
+pub(super) fn centre_of(
     from: [f64; 2],
     to: [f64; 2],
     radius: f64,

@@ -53,6 +53,8 @@ pub(super) struct Hole {
     pub(super) out: Pace,
     /// At the bottom, s.
     pub(super) dwell_s: f64,
+    /// At the depth of each peck before the last, s.
+    pub(super) dwell_peck_s: f64,
     /// Over the hole between pecks, s.
     pub(super) dwell_out_s: f64,
 }
@@ -185,6 +187,7 @@ impl<'a> Cutter<'a> {
         self.apart(line, above(hole.clearance), Pace::Rapid);
         for (index, &depth) in hole.depths.iter().enumerate() {
             if let Some(&before) = index.checked_sub(1).and_then(|last| hole.depths.get(last)) {
+                self.log.dwell(line, hole.dwell_peck_s);
                 let lift = hole.lifts.get(index - 1).copied().flatten();
                 let lifted = lift.map_or(hole.clearance, |lift| before + lift).min(hole.clearance);
                 self.apart(line, above(lifted), hole.out);

@@ -41,6 +41,7 @@
 mod apt;
 mod arc;
 mod cell;
+mod corner;
 mod cutter;
 mod fanuc;
 mod gcode;

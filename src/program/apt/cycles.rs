@@ -333,6 +333,7 @@ impl Reader<'_> {
             feed,
             out: if cycle.out_at_feed { feed } else { Pace::Rapid },
             dwell_s: cycle.dwell_s,
+            dwell_peck_s: 0.0,
             dwell_out_s: 0.0,
         };
         let (at, axis) = (frame.point(to), axis.into_inner());

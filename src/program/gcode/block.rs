@@ -6,6 +6,8 @@ use crate::program::span::Span;
 /// Sinumerik's words of several letters, as if each were one.
 pub(super) const RADIUS: u8 = b'r';
 pub(super) const DIRECTION: [u8; 3] = *b"abc";
+/// Whole turns of a helix beyond the way to its end: TURN=.
+pub(super) const TURNS: u8 = b'n';
 /// Corners: `,R` or RND=, `,C` or CHR=.
 pub(super) const ROUNDED: u8 = b'o';
 pub(super) const CHAMFERED: u8 = b'h';
@@ -322,6 +324,7 @@ impl<'t> Lexer<'t> {
             "C3" => DIRECTION[2],
             "RND" => ROUNDED,
             "CHR" => CHAMFERED,
+            "TURN" => TURNS,
             // The main spindle is the first.
             "S1" | "M1" => bytes[0],
             // How corners are smoothed, and the most that the spindle may turn.

@@ -71,7 +71,7 @@ fn run_checked(
     }
     let mut once = Once::default();
     for (name, inside) in &block.names {
-        match machine.name(line, name, inside, block)? {
+        match machine.name(line, name, inside, block, &flow.parameters)? {
             Name::None => {}
             Name::Machine => once.machine = Some("SUPA"),
             Name::Frame => return Ok(()),
@@ -100,6 +100,14 @@ fn run_checked(
     }
     spindle_and_tool(machine, &once, line, offset, block)?;
     moves(machine, &once, line, block)?;
+    // In a block of its own a call without MCALL has drilled already.
+    if block.has_any(&AXES)
+        && once.sets.is_none()
+        && !once.dwell
+        && let Some(call) = machine.called.clone()
+    {
+        machine.drill_call(line, &call)?;
+    }
     // LinuxCNC stops the spindle before the motion of the block, Fanuc after it: taken to turn on
     // the way.
     if block.codes('M').any(|code| code == 50) {

@@ -122,6 +122,7 @@ impl Machine<'_> {
             feed,
             out: if kind == CycleKind::Bore { feed } else { Pace::Rapid },
             dwell_s: if self.cycle.dwells { self.cycle.dwell_s } else { 0.0 },
+            dwell_peck_s: 0.0,
             dwell_out_s: 0.0,
         };
         let axis = Vector3::ith(w, 1.0);

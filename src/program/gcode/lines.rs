@@ -2,14 +2,12 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::block::{Block, CHAMFERED, ROUNDED};
-use super::state::{Corner, Machine};
+use super::block::{Block, CHAMFERED, ROUNDED, TURNS};
+use super::state::Machine;
 use crate::notes::Code;
 use crate::program::Pace;
-use crate::program::arc::{Arc, Plane};
-
-/// Directions this nearly alike make no corner.
-const STRAIGHT_RAD: f64 = 1e-6;
+use crate::program::arc::Arc;
+use crate::program::corner::Corner;
 
 /// What a block asks for: round or not, and the size in mm.
 pub(super) fn asked(block: &Block, mm: impl Fn(f64) -> f64) -> Result<Option<(bool, f64)>, String> {
@@ -65,9 +63,13 @@ impl Machine<'_> {
             return Err("an arc to an unknown position".to_owned());
         };
         let centre = self.centre(block, start)?;
-        let turns = block.get('P').unwrap_or(1.0);
-        if !(1.0..=1000.0).contains(&turns) || turns.fract() != 0.0 {
-            return Err(format!("P is {turns}, must be a whole number of turns"));
+        // Fanuc and LinuxCNC count the first turn, Sinumerik does not.
+        let more_turns = match block.word(TURNS) {
+            Some(word) => word.value,
+            None => block.get('P').unwrap_or(1.0) - 1.0,
+        };
+        if !(0.0..=999.0).contains(&more_turns) || more_turns.fract() != 0.0 {
+            return Err("P or TURN= must be a whole number of turns".to_owned());
         }
         let arc = Arc {
             start,
@@ -77,7 +79,7 @@ impl Machine<'_> {
             clockwise,
             centre,
             // Whole and in 0..1000, checked above.
-            more_turns: turns as u32 - 1,
+            more_turns: more_turns as u32,
         };
         self.no_corner()?;
         if self.rotary.moves_work() {
@@ -97,7 +99,8 @@ impl Machine<'_> {
         self.cut_corner(to)?;
         match corner {
             Some((is_round, size)) => {
-                self.corner = Some(Corner { is_round, size, line, to, pace });
+                let pace_in_corner = pace;
+                self.corner = Some(Corner { is_round, size, line, to, pace, pace_in_corner });
                 Ok(())
             }
             None => {
@@ -146,49 +149,14 @@ impl Machine<'_> {
 
     /// What comes now does not go on from a corner.
     pub(super) fn no_corner(&mut self) -> Result<(), String> {
-        match self.corner.take() {
-            None => Ok(()),
-            Some(Corner { line, .. }) => {
-                Err(format!("the corner of line {line} must lie between two lines"))
-            }
-        }
+        self.corner.take().map_or(Ok(()), |corner| Err(corner.misplaced()))
     }
 
     fn cut_corner(&mut self, to: Vector3<f64>) -> Result<(), String> {
-        let Some(Corner { is_round, size, line, to: tip, pace }) = self.corner.take() else {
-            return Ok(());
-        };
+        let Some(corner) = self.corner.take() else { return Ok(()) };
         if self.rotary.moves_work() {
             return Err("a corner while a rotary axis of the work is used".to_owned());
         }
-        let from = self.cutter.place().ok_or("a corner from an unknown position")?;
-        let (before, behind) = (tip - from, to - tip);
-        let [Some(a), Some(b)] = [before, behind].map(|way| way.try_normalize(1e-9)) else {
-            return Err(format!("the corner of line {line} must lie between two lines"));
-        };
-        let Plane([.., w]) = self.plane;
-        if a[w].abs().max(b[w].abs()) > STRAIGHT_RAD {
-            return Err(format!(
-                "the corner of line {line} does not lie in the plane of G17 to G19"
-            ));
-        }
-        let turn = a.angle(&b);
-        let off = if is_round { size * (turn / 2.0).tan() } else { size };
-        if turn < STRAIGHT_RAD || !off.is_finite() {
-            self.cutter.line_to(line, tip, pace);
-            return Ok(());
-        }
-        if off > before.norm() || off > behind.norm() {
-            return Err(format!("the corner of line {line} ({size} mm) is larger than its lines"));
-        }
-        let (start, end) = (tip - a * off, tip + b * off);
-        self.cutter.line_to(line, start, pace);
-        if !is_round {
-            self.cutter.line_to(line, end, pace);
-            return Ok(());
-        }
-        let axis = nalgebra::Unit::new_normalize(a.cross(&b));
-        let centre = start + axis.cross(&a) * size;
-        self.cutter.arc(line, &Arc::about(start, end, centre, axis), pace)
+        corner.cut(&mut self.cutter, to, self.plane, "G17 to G19")
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! Read: G0–G3 (centre and radius form, full turns, helices), G4, G10, G17–G19, G20/G21, G52,
 //! G90/G91, G90.1/G91.1, G92, G93–G95, corners, drilling by G73, G81–G86 and G89 with G98/G99, F,
-//! S, M3–M5, subprograms, loops, conditions, parameters and expressions, and Sinumerik's words as
-//! milling posts write them. The work offset under which the path starts is the job's work object.
+//! S, M3–M5, subprograms, loops, conditions, parameters and expressions, and Sinumerik's words and
+//! drilling cycles as milling posts write them. The work offset under which the path starts is the job's work object.
 //! Reported and left out: radius compensation (the path is read as programmed), M codes that are
 //! not known. Errors: everything else that moves, shifts or computes motion; two words of one
 //! letter or two codes of one modal group in a block. Until X, Y and Z are all given the place is
@@ -21,6 +21,7 @@ mod lines;
 mod names;
 mod rotary;
 mod shift;
+mod siemens;
 mod state;
 
 use super::Settings;

@@ -1,6 +1,8 @@
 //! Words of several letters, as Sinumerik and others have them: which may be left out.
 
 use super::block::{Block, Word};
+use super::expression::Parameters;
+use super::siemens::DrillingCall;
 use super::state::{AXES, Machine};
 
 /// Words without motion of their own and without effect on later motion.
@@ -69,6 +71,7 @@ impl Machine<'_> {
         name: &str,
         inside: &str,
         block: &Block,
+        known: &Parameters,
     ) -> Result<Name, String> {
         if name == "SUPA" {
             return Ok(Name::Machine);
@@ -96,10 +99,21 @@ impl Machine<'_> {
         if matches!(name, "REPEAT" | "REPEATB") {
             return Err(format!("{name}: Sinumerik's repeats are not supported"));
         }
-        if name == "MCALL"
-            || (name.starts_with("CYCLE") && !matches!(name, "CYCLE832" | "CYCLE800"))
-        {
-            return Err(format!("{name}: Sinumerik's cycles are not supported"));
+        if name == "MCALL" {
+            self.called = None;
+            return match block.names.as_slice() {
+                [_] => Ok(Name::None),
+                [_, (cycle, _)] if is_drilling(cycle) => Ok(Name::None),
+                _ => Err("MCALL: what it calls is not supported".to_owned()),
+            };
+        }
+        if is_drilling(name) {
+            let call = DrillingCall::read(name, inside, known)?;
+            if block.names.first().is_some_and(|(first, _)| first == "MCALL") {
+                self.called = Some(call);
+                return Ok(Name::None);
+            }
+            return self.drill_call(line, &call).map(|()| Name::None);
         }
         if HARMLESS.contains(&name) {
             return Ok(Name::None);
@@ -137,6 +151,11 @@ impl Machine<'_> {
         }
         Err(format!("'{name}' is not understood, must be letters each with a number"))
     }
+}
+
+/// Cycles that are not settings.
+fn is_drilling(name: &str) -> bool {
+    name.starts_with("CYCLE") && !matches!(name, "CYCLE832" | "CYCLE800")
 }
 
 /// Whether CYCLE800 takes the tool away first: _FR is not 0.

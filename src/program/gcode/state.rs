@@ -5,8 +5,10 @@ use nalgebra::Vector3;
 use super::block::{Block, Counts, DIRECTION, RADIUS, Word};
 use super::rotary::Rotary;
 use super::shift::Shift;
+use super::siemens::DrillingCall;
 use crate::notes::Code;
 use crate::program::arc::{Centre, Plane};
+use crate::program::corner::Corner;
 use crate::program::cutter::{Cutter, Feed, FeedKind};
 use crate::program::log::Log;
 use crate::program::{DwellUnit, LengthUnit, Pace, Settings, tool_number};
@@ -62,17 +64,6 @@ pub(super) struct Cycle {
     pub(super) is_tap: bool,
 }
 
-/// A line whose end waits for the next to be cut off.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Corner {
-    pub(super) is_round: bool,
-    /// Radius, or length that is cut off each line, mm.
-    pub(super) size: f64,
-    pub(super) line: usize,
-    pub(super) to: Vector3<f64>,
-    pub(super) pace: Pace,
-}
-
 pub(super) struct Machine<'a> {
     pub(super) cutter: Cutter<'a>,
     pub(super) motion: Motion,
@@ -86,6 +77,8 @@ pub(super) struct Machine<'a> {
     pub(super) centre_absolute: bool,
     pub(super) back_to_initial: bool,
     pub(super) cycle: Cycle,
+    /// Sinumerik's cycle that MCALL runs at every position.
+    pub(super) called: Option<DrillingCall>,
     pub(super) shift: Shift,
     pub(super) rotary: Rotary<'a>,
     pub(super) corner: Option<Corner>,
@@ -123,6 +116,7 @@ impl<'a> Machine<'a> {
             centre_absolute: false,
             back_to_initial: true,
             cycle: Cycle::default(),
+            called: None,
             shift: Shift::default(),
             rotary: Rotary::new(&settings.rotary_axes),
             corner: None,

@@ -40,6 +40,13 @@ impl<'t> Block<'t> {
         self.word(name)?.value
     }
 
+    /// The number of a word, which may stand apart: `CCA 180`.
+    pub(super) fn number(&self, name: &str) -> Option<f64> {
+        let at = self.words.iter().position(|word| word.name == name)?;
+        let apart = self.words.get(at + 1).filter(|next| next.name.is_empty());
+        self.words[at].value.or_else(|| apart?.value)
+    }
+
     pub(super) fn has(&self, name: &str) -> bool {
         self.word(name).is_some()
     }

@@ -1,4 +1,4 @@
-//! Cycles: drilling, and those that neither move nor shift.
+//! Cycles: drilling and tapping, and those that neither move nor shift.
 
 use std::collections::HashMap;
 
@@ -15,6 +15,9 @@ use crate::units::m_per_s_from_mm_per_min;
 
 /// This feed in a Q parameter stands for FMAX.
 const FMAX_MM_PER_MIN: f64 = 99_999.0;
+
+/// Drilling, reaming, universal drilling and pecking, tapping with and without a floating holder.
+const DRILLING: [f64; 6] = [200.0, 201.0, 203.0, 205.0, 206.0, 207.0];
 
 /// Q256 where the cycle does not have it, mm.
 const CHIP_BREAK_MM: f64 = 0.2;
@@ -40,7 +43,7 @@ impl Reader<'_, '_> {
         let number = block.words.get(2).filter(|word| word.name.is_empty());
         let number = number.and_then(|word| word.value).ok_or("a cycle without a number")?;
         match number {
-            _ if [200.0, 201.0, 203.0].contains(&number) => {
+            _ if DRILLING.contains(&number) => {
                 let values = self.values(block)?;
                 self.cycle = Some(Cycle { number, line, values });
                 self.is_refused = false;
@@ -124,6 +127,14 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
+    /// Feed of a tap of a pitch, as the program would write it.
+    fn tapping_feed(&self, pitch: f64) -> Result<f64, String> {
+        match self.cutter.rpm {
+            Some(rpm) if rpm > 0.0 => Ok(self.mm(pitch.abs()) * rpm / self.mm_per_min(1.0)),
+            _ => Err("a tap needs the spindle's speed, which is not known".to_owned()),
+        }
+    }
+
     pub(super) fn drill(&mut self, line: usize) -> Result<(), String> {
         if self.is_refused {
             return Ok(());
@@ -145,18 +156,42 @@ impl Reader<'_, '_> {
             return Err(what.to_owned());
         }
         let step = self.mm(get("Q202").unwrap_or(0.0));
-        let [less, least] = ["Q212", "Q205"].map(|name| self.mm(get(name).unwrap_or(0.0)));
-        let depths = pecks(depth, step, less, least);
-        // Chips are broken by a short way back so many times before the tool comes out.
-        let breaks = get("Q213").unwrap_or(0.0).clamp(0.0, 1e4) as usize;
+        let [less, least, breaks_every] =
+            ["Q212", "Q205", "Q257"].map(|name| self.mm(get(name).unwrap_or(0.0)));
+        let mut depths = pecks(depth, step, less, least);
         let lift = self.mm(get("Q256").unwrap_or(CHIP_BREAK_MM));
-        let comes_out = |peck: usize| (peck + 1).is_multiple_of(breaks + 1);
-        let lifts = (0..depths.len()).map(|peck| (!comes_out(peck)).then_some(lift)).collect();
-        let feed = need("Q206")?;
+        let lifts = if cycle.number == 205.0 {
+            let (all, come_out) = with_chips_broken(&depths, breaks_every);
+            depths = all;
+            come_out.into_iter().map(|comes_out| (!comes_out).then_some(lift)).collect()
+        } else {
+            // Chips are broken by a short way back so many times before the tool comes out.
+            let breaks = get("Q213").unwrap_or(0.0).clamp(0.0, 1e4) as usize;
+            let comes_out = |peck: usize| (peck + 1).is_multiple_of(breaks + 1);
+            (0..depths.len()).map(|peck| (!comes_out(peck)).then_some(lift)).collect()
+        };
+        let stops = ["Q258", "Q259"].map(|name| get(name).map(|over| self.mm(over)));
+        if let [Some(first), Some(last)] = stops
+            && first != last
+        {
+            return Err("Q258 and Q259 differ: not supported".to_owned());
+        }
+        if get("Q379").is_some_and(|start| start != 0.0) {
+            return Err("Q379 begins deeper in the hole: not supported".to_owned());
+        }
+        let feed = match cycle.number {
+            207.0 => self.tapping_feed(need("Q239")?)?,
+            _ => need("Q206")?,
+        };
+        if matches!(cycle.number, 206.0 | 207.0) {
+            self.cutter.taps(line);
+            self.cutter.log.states(line, None, States::Tap);
+        }
         let pace = |feed: f64| Pace::Feed(m_per_s_from_mm_per_min(self.mm_per_min(feed)));
         // Reaming and universal drilling say how fast the tool comes out, and by 0: as it went in.
         let out = match get("Q208") {
             _ if cycle.number == 200.0 => Pace::Rapid,
+            _ if cycle.number > 205.0 => pace(feed),
             None => Pace::Rapid,
             Some(out) if out >= FMAX_MM_PER_MIN => Pace::Rapid,
             Some(out) => pace(if out > 0.0 { out } else { feed }),
@@ -176,17 +211,35 @@ impl Reader<'_, '_> {
             clearance,
             depths: depths.iter().map(|depth| surface + depth).collect(),
             lifts,
-            over_peck: clearance - surface,
+            over_peck: stops[0].unwrap_or(clearance - surface),
             retract: second.max(clearance),
             feed,
             out,
             dwell_s: get("Q211").unwrap_or(0.0),
+            dwell_peck_s: 0.0,
             dwell_out_s: get("Q210").unwrap_or(0.0),
         };
         let over = Vector3::new(at.x, at.y, 0.0);
         self.cutter.hole(line, over, Vector3::z(), &hole);
         Ok(())
     }
+}
+
+/// Depths with those between at which chips are broken, and at which the tool comes out.
+fn with_chips_broken(depths: &[f64], every: f64) -> (Vec<f64>, Vec<bool>) {
+    const MOST: usize = 10_000;
+    let (mut all, mut come_out, mut at) = (Vec::new(), Vec::new(), 0.0);
+    for &depth in depths {
+        while every > 0.0 && at - every > depth + 1e-9 && all.len() < MOST {
+            at -= every;
+            all.push(at);
+            come_out.push(false);
+        }
+        at = depth;
+        all.push(at);
+        come_out.push(true);
+    }
+    (all, come_out)
 }
 
 /// Depths of pecks, below zero: each less deep than the one before by `less`, down to `least`.

@@ -1,24 +1,28 @@
 //! Heidenhain's conversational programs → motions, as milling posts write them.
 //!
-//! Read: L, CC with C and CP in planes of two axes, CR, LP, TOOL CALL, F, FMAX, M, drilling cycles
-//! 200, 201 and 203 with CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP.
+//! Read: L, CC with C and CP in planes of two axes, CR, CT, LP, RND and CHF between lines, APPR and
+//! DEP in X/Y, TOOL CALL, F, FMAX, M, drilling cycles
+//! 200, 201, 203, 205 and 206 with CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP.
 //! Q parameters that FN 0 sets stand for their numbers. Errors: others, other cycles, planes and
-//! shifts of the work, rounded corners. The preset is the job's work object.
+//! shifts of the work. The preset is the job's work object.
 
+mod approach;
 mod block;
 mod cycle;
+mod lines;
 
 use std::collections::HashMap;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector2;
 
-use super::arc::{Arc, Centre, Plane};
+use super::arc::Plane;
+use super::corner::Corner;
 use super::cutter::{Cutter, Feed, FeedKind};
 use super::log::Log;
 use super::unread::{behind_end, left_over, read_as_run};
 use super::{Pace, Settings};
 use crate::notes::Code;
-use crate::units::{mm_from_inch, rad_from_deg};
+use crate::units::mm_from_inch;
 use block::{Block, Parameters, Text, Word, blocks, content, parse};
 use cycle::Cycle;
 
@@ -48,7 +52,9 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let none = Parameters::new();
     let moves = |text: &Text<'_>| {
         let first = text.parts.first().map(|(offset, part)| parse(part, *offset, &none));
-        first.is_some_and(|block| matches!(block.name(0), "L" | "C" | "CR" | "CP" | "LP"))
+        first.is_some_and(|block| {
+            matches!(block.name(0), "L" | "C" | "CR" | "CT" | "CP" | "LP" | "APPR" | "DEP")
+        })
     };
     let left = left_over(&reader.ran, reader.next, &heads);
     let left = left.into_iter().filter_map(|block| reader.blocks.get(block));
@@ -79,6 +85,14 @@ struct Reader<'a, 't> {
     feed_of_tool: Option<Feed>,
     /// What FN 0 has set.
     parameters: Parameters,
+    /// A line that RND or CHF cuts off.
+    corner: Option<Corner>,
+    /// Where the last element of the contour ends, which way it heads in X/Y.
+    heading: Option<Vector2<f64>>,
+    /// RL: the tool is to the left of the contour.
+    side: Option<bool>,
+    /// Of the last move.
+    last_pace: Option<Pace>,
     has_end: bool,
 }
 
@@ -110,6 +124,10 @@ impl<'a, 't> Reader<'a, 't> {
             is_refused: false,
             feed_of_tool: None,
             parameters: Parameters::new(),
+            corner: None,
+            heading: None,
+            side: None,
+            last_pace: None,
             has_end: false,
         }
     }
@@ -127,18 +145,24 @@ impl<'a, 't> Reader<'a, 't> {
                 return;
             }
             self.budget -= 1;
-            let mut block = Block::default();
-            for (offset, part) in &text.parts {
-                let own = parse(part, *offset, &self.parameters);
-                block.words.extend(own.words);
-                block.quoted = block.quoted.or(own.quoted);
-            }
+            let block = self.parsed(text);
             self.ran[self.next] = true;
             self.next += 1;
             if let Err(what) = self.block(line, &block) {
                 self.cutter.log.error(Code::Motion, line, what);
             }
         }
+    }
+
+    /// The words of a block, its continued lines joined.
+    fn parsed(&self, text: &Text<'t>) -> Block<'t> {
+        let mut block = Block::default();
+        for (offset, part) in &text.parts {
+            let own = parse(part, *offset, &self.parameters);
+            block.words.extend(own.words);
+            block.quoted = block.quoted.or(own.quoted);
+        }
+        block
     }
 
     fn mm(&self, length: f64) -> f64 {
@@ -161,6 +185,11 @@ impl<'a, 't> Reader<'a, 't> {
                 "M118 lets the operator's handwheel shift the path: it is read as programmed";
             self.cutter.log.warning(Code::Assumed, line, what);
             return self.block(line, &block);
+        }
+        if parts_lines(block)
+            && let Some(corner) = self.corner.take()
+        {
+            self.cutter.log.error(Code::Motion, line, corner.misplaced());
         }
         match block.name(0) {
             "BEGIN" => {
@@ -187,7 +216,9 @@ impl<'a, 't> Reader<'a, 't> {
                 self.m_codes(line, block, false)
             }
             "TOOL" => self.tool(line, block),
-            "L" | "C" | "CR" | "CP" | "LP" => self.motion(line, block),
+            "L" | "C" | "CR" | "CT" | "CP" | "LP" | "APPR" | "DEP" => self.motion(line, block),
+            "RND" | "CHF" if self.corner.is_some() => Ok(()),
+            "RND" | "CHF" => Err(format!("{} must lie between two lines", block.name(0))),
             "CC" => self.centre(block),
             "CYCL" if block.name(1) == "CALL" => self.call_cycle(line, block),
             "CYCL" => {
@@ -203,6 +234,7 @@ impl<'a, 't> Reader<'a, 't> {
                 Ok(())
             }
             "CALL" if block.name(1) == "LBL" => self.call(),
+            "CALL" => Err("CALL PGM calls another program, which is not read".to_owned()),
             "PLANE" if block.has("RESET") => Ok(()),
             "PLANE" => Err("PLANE tilts the working plane and is not supported".to_owned()),
             "TRANS" if block.has("RESET") => Ok(()),
@@ -305,183 +337,6 @@ impl<'a, 't> Reader<'a, 't> {
         }
     }
 
-    /// The end of a block: axes as given, by `I` relative to where the tool is.
-    fn end_of(&self, block: &Block<'_>) -> Result<[Option<f64>; 3], String> {
-        let mut end = self.cutter.at;
-        for (index, (name, relative)) in
-            [("X", "IX"), ("Y", "IY"), ("Z", "IZ")].into_iter().enumerate()
-        {
-            if let Some(value) = block.get(name) {
-                end[index] = Some(self.mm(value));
-            } else if let Some(by) = block.get(relative) {
-                let before = end[index].ok_or_else(|| format!("{relative} from no position"))?;
-                end[index] = Some(before + self.mm(by));
-            }
-        }
-        Ok(end)
-    }
-
-    fn motion(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
-        for axis in ["A", "B", "C", "IA", "IB", "IC"] {
-            let is_first = block.name(0) == axis;
-            if !is_first && block.get(axis).is_some_and(|value| value != 0.0) {
-                return Err(format!("axis {axis} is not supported: X, Y and Z alone"));
-            }
-        }
-        if let Some(word) = block.words.iter().skip(1).find(|word| !is_of_motion(word.name)) {
-            return Err(format!("'{}' is not understood", word.name));
-        }
-        self.feed(line, block)?;
-        self.m_codes(line, block, true)?;
-        if block.has("RL") || block.has("RR") {
-            let what = "RL/RR: the path is read as programmed";
-            self.cutter.log.warning(Code::Assumed, line, what);
-        }
-        let pace = if is_rapid(block) { Pace::Rapid } else { self.cutter.pace()? };
-        let in_machine = block.all("M").any(|code| code == 91.0 || code == 92.0);
-        let retracts = block.all("M").any(|code| code == 140.0);
-        if in_machine || retracts {
-            let axes = ["X", "Y", "Z"].map(|axis| block.has(axis));
-            let axes = if retracts { [false, false, true] } else { axes };
-            self.cutter.leave(line, axes, if in_machine { "M91" } else { "M140" });
-        } else if block.name(0) == "C" || block.name(0) == "CR" || block.name(0) == "CP" {
-            self.arc(line, block, pace)?;
-        } else {
-            self.line(line, block, pace)?;
-        }
-        if block.all("M").any(|code| code == 99.0) {
-            self.drill(line)?;
-        }
-        if block.all("M").any(|code| code == 5.0) {
-            self.cutter.turn_spindle(line, false);
-        }
-        Ok(())
-    }
-
-    fn line(&mut self, line: usize, block: &Block<'_>, pace: Pace) -> Result<(), String> {
-        let mut end = self.end_of(block)?;
-        if block.name(0) == "LP" {
-            let [x, y] = self.polar(block)?;
-            let Plane([u, v, _]) = self.plane();
-            (end[u], end[v]) = (Some(x), Some(y));
-        }
-        const AXES: [&str; 10] = ["X", "Y", "Z", "IX", "IY", "IZ", "PR", "PA", "IPR", "IPA"];
-        if !AXES.iter().any(|axis| block.has(axis)) {
-            return Ok(());
-        }
-        match end {
-            [Some(x), Some(y), Some(z)] => {
-                self.cutter.line_to(line, Vector3::new(x, y, z), pace);
-                Ok(())
-            }
-            _ => {
-                self.cutter.at = end;
-                if pace == Pace::Rapid { Ok(()) } else { Err(self.cutter.unknown()) }
-            }
-        }
-    }
-
-    fn plane(&self) -> Plane {
-        self.pole.map_or(Plane::XY, |(_, plane)| plane)
-    }
-
-    /// PR and PA about the pole, along the axes of its plane; angles count from the first of them
-    /// (X in X/Y, Y in Y/Z, Z in Z/X: HEIDENHAIN, TNC 426 Pilot, Fundamentals).
-    fn polar(&self, block: &Block<'_>) -> Result<[f64; 2], String> {
-        let (pole, Plane([u, v, _])) = self.pole.ok_or("polar coordinates without CC")?;
-        let at = self.cutter.at;
-        let before = match (at[u], at[v]) {
-            (Some(x), Some(y)) => Some([x - pole[0], y - pole[1]]),
-            _ => None,
-        };
-        let radius = match (block.get("PR"), block.get("IPR")) {
-            (Some(radius), _) => self.mm(radius),
-            (None, by) => {
-                let before = before.map(|[x, y]| x.hypot(y)).ok_or("PR from no position")?;
-                before + self.mm(by.unwrap_or(0.0))
-            }
-        };
-        let angle = match (block.get("PA"), block.get("IPA"), before) {
-            (Some(angle), _, _) => rad_from_deg(angle),
-            (None, by, Some([x, y])) => y.atan2(x) + rad_from_deg(by.unwrap_or(0.0)),
-            _ => return Err("PA from no position".to_owned()),
-        };
-        Ok([pole[0] + radius * angle.cos(), pole[1] + radius * angle.sin()])
-    }
-
-    /// CC: the two axes that it names are the plane of arcs.
-    fn centre(&mut self, block: &Block<'_>) -> Result<(), String> {
-        let names = |axis: &str, by: &str| block.has(axis) || block.has(by);
-        let [x, y, z] = [names("X", "IX"), names("Y", "IY"), names("Z", "IZ")];
-        let plane = match (x, y, z) {
-            (_, _, false) => Plane::XY,
-            (true, false, true) => Plane::ZX,
-            (false, true, true) => Plane::YZ,
-            _ => return Err("CC names no plane: two of X, Y and Z".to_owned()),
-        };
-        let Plane([u, v, _]) = plane;
-        let end = self.end_of(block)?;
-        match (end[u], end[v]) {
-            (Some(u), Some(v)) => {
-                self.pole = Some(([u, v], plane));
-                Ok(())
-            }
-            _ => Err("a centre at an unknown position".to_owned()),
-        }
-    }
-
-    fn arc(&mut self, line: usize, block: &Block<'_>, pace: Pace) -> Result<(), String> {
-        let start = self.cutter.place().ok_or("an arc from an unknown position")?;
-        let clockwise = match block.word("DR").and_then(|word| word.sign) {
-            Some(is_positive) => !is_positive,
-            None => return Err("an arc without DR+ or DR-".to_owned()),
-        };
-        let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
-            return Err("an arc to an unknown position".to_owned());
-        };
-        let mut end = Vector3::new(x, y, z);
-        let (mut plane, mut more_turns) = (Plane::XY, 0);
-        let centre = match block.name(0) {
-            "CR" => {
-                let radius = block.get("R").ok_or("CR without R")?;
-                Centre::Radius(self.mm(radius))
-            }
-            name => {
-                let (pole, own) = self.pole.ok_or("an arc without CC before it")?;
-                plane = own;
-                let Plane([u, v, _]) = plane;
-                if name == "CP" {
-                    [end[u], end[v]] = self.polar(block)?;
-                    match (block.get("IPA"), block.get("PA")) {
-                        (Some(turned), _) if (turned < 0.0) != clockwise => {
-                            return Err("IPA and DR have opposite signs".to_owned());
-                        }
-                        (Some(turned), _) => {
-                            let turned = turned.abs();
-                            // Whole turns, and the rest by the end.
-                            more_turns = (turned / 360.0 - 1e-9).floor().clamp(0.0, 1e4) as u32;
-                            if (turned % 360.0).abs() < 1e-9 {
-                                (end[u], end[v]) = (start[u], start[v]);
-                            }
-                        }
-                        // The angle of the end; turns on the way there are IPA's to say.
-                        (None, Some(angle)) if angle.abs() > 360.0 => {
-                            return Err(format!(
-                                "PA is {angle}°, must be from -360 to 360; IPA turns"
-                            ));
-                        }
-                        (None, Some(_)) => {}
-                        (None, None) => return Err("CP without PA or IPA".to_owned()),
-                    }
-                }
-                Centre::At(pole)
-            }
-        };
-        let arc =
-            Arc { start, end, plane, turn: Rotation3::identity(), clockwise, centre, more_turns };
-        self.cutter.arc(line, &arc, pace)
-    }
-
     fn m_codes(&mut self, line: usize, block: &Block<'_>, moves: bool) -> Result<(), String> {
         for code in block.all("M") {
             match code {
@@ -581,6 +436,12 @@ fn without_handwheel<'t>(block: &Block<'t>) -> Option<Block<'t>> {
     Some(Block { words, quoted: block.quoted })
 }
 
+/// Whether a block cannot stand between the two lines of a corner, which are drawn together.
+fn parts_lines(block: &Block<'_>) -> bool {
+    let parts = |code: f64| ![7.0, 8.0, 9.0].contains(&code);
+    !matches!(block.name(0), "L" | "CC" | "RND" | "CHF" | "" | "M") || block.all("M").any(parts)
+}
+
 /// FMAX, which some posts write apart.
 fn is_rapid(block: &Block<'_>) -> bool {
     block.has("FMAX") || block.is_after("F", "MAX")
@@ -588,9 +449,10 @@ fn is_rapid(block: &Block<'_>) -> bool {
 
 /// Words that a block of motion may have behind its first.
 fn is_of_motion(name: &str) -> bool {
-    const WORDS: [&str; 30] = [
-        "", "X", "Y", "Z", "IX", "IY", "IZ", "A", "B", "C", "IA", "IB", "IC", "PR", "PA", "IPA",
-        "IPR", "DR", "R", "RL", "RR", "F", "FMAX", "FAUTO", "FU", "MAX", "AUTO", "M", "MB", "Q",
+    const WORDS: [&str; 32] = [
+        "", "LEN", "CCA", "X", "Y", "Z", "IX", "IY", "IZ", "A", "B", "C", "IA", "IB", "IC", "PR",
+        "PA", "IPA", "IPR", "DR", "R", "RL", "RR", "F", "FMAX", "FAUTO", "FU", "MAX", "AUTO", "M",
+        "MB", "Q",
     ];
     WORDS.contains(&name) || name.starts_with('Q')
 }

@@ -136,7 +136,7 @@ fn words_of_sinumerik_that_mean_something_else() {
     refused(&format!("{start}L100 P2\nG1 X10 F100\n"), Dialect::Sinumerik, "L calls");
     refused(&format!("{start}L10\nG1 X10 F100\n"), Dialect::GCode, "L calls");
     refused(&format!("{start}G58 X10\n"), Dialect::Sinumerik, "G58 with axes shifts");
-    refused(&format!("{start}MCALL CYCLE81(10,0,2,-5)\n"), Dialect::Sinumerik, "cycles are not");
+    refused(&format!("{start}MCALL CYCLE84(10,0,2,-5)\n"), Dialect::Sinumerik, "CYCLE84");
     // G70 is of lengths alone, G700 of feeds, too.
     let feed = |code: &str, dialect| {
         of(&format!("{start}{code}\nG1 X1 F10\n"), dialect).moves[1].feed_m_per_s * 6e4

@@ -75,7 +75,8 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
         ("CC X+5 Y+0\nCP IPA-90 DR+", "opposite signs"),
         ("L X+5 A+30", "axis A"),
         ("C X+1 Y+1 DR+", "without CC"),
-        ("RND R5", "'RND'"),
+        ("CC X+5 Y+0\nRND R5", "RND must lie between two lines"),
+        ("CALL PGM TNC:\\HOLE.H", "another program"),
         ("CALL LBL 7", "LBL 7 is not in this program"),
         ("CYCL CALL", "without a drilling cycle"),
     ] {

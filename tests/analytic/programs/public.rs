@@ -365,7 +365,7 @@ fn errors_of_one_cause_are_one() {
     assert!(found[0].what.contains(said), "{found:?}");
     assert!(found[0].what.ends_with("; lines 6, 7 likewise"), "{found:?}");
     // A cycle that is not read is told once, not where it is called.
-    let text = "0 BEGIN PGM A MM\nL X+0 Y+0 Z+5 FMAX\nCYCL DEF 207 RIGID TAPPING ~\n Q200=+5\n\
+    let text = "0 BEGIN PGM A MM\nL X+0 Y+0 Z+5 FMAX\nCYCL DEF 209 TAPPING ~\n Q200=+5\n\
                 CYCL CALL\nL X+1 FMAX M99\nEND PGM A MM\n";
     let found = faults(text, Dialect::Heidenhain);
     assert_eq!((at(&found[0]), found.len()), (3, 1), "{found:?}");

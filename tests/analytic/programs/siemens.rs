@@ -1,0 +1,141 @@
+//! Sinumerik's drilling cycles and helices of several turns.
+
+use detune::notes::Note;
+use detune::program::{Dialect, Program, read};
+
+use super::support::{assert_ends, end, settings};
+
+const HEAD: &str = "G710 G17 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\nF120\n";
+
+fn run(text: &str) -> Result<Program, Vec<Note>> {
+    read(format!("{HEAD}{text}M30\n").as_bytes(), Dialect::Sinumerik, &settings())
+}
+
+fn refused(text: &str, said: &str) {
+    let found = run(text).expect_err(text);
+    assert!(found.iter().any(|note| note.what.contains(said)), "{text}: {found:?}");
+}
+
+/// Heights in mm of the moves behind the first.
+fn heights(text: &str) -> Vec<f64> {
+    let program = run(text).unwrap();
+    program.moves[1..].iter().map(|each| end(each).1.translation.z * 1000.0).collect()
+}
+
+#[track_caller]
+fn assert_heights(text: &str, expected: &[f64]) {
+    let found = heights(text);
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-9, "{found}, expected {expected}: {text}");
+    }
+}
+
+#[test]
+fn a_cycle_drills_at_every_position_behind_mcall() {
+    let program =
+        run("MCALL CYCLE82(20,0,2,-8,,0.5)\nX10 Y5\nX20\nMCALL\nG0 X30\nCYCLE81(20,0,2,,4)\n")
+            .unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0, 0.0, 50.0]),
+            ('L', [10.0, 5.0, 50.0]),
+            ('L', [10.0, 5.0, 2.0]),
+            ('L', [10.0, 5.0, -8.0]),
+            // A dwell.
+            ('T', [10.0, 5.0, -8.0]),
+            ('L', [10.0, 5.0, 2.0]),
+            ('L', [10.0, 5.0, 20.0]),
+            ('L', [20.0, 5.0, 20.0]),
+            ('L', [20.0, 5.0, 2.0]),
+            ('L', [20.0, 5.0, -8.0]),
+            ('T', [20.0, 5.0, -8.0]),
+            ('L', [20.0, 5.0, 2.0]),
+            ('L', [20.0, 5.0, 20.0]),
+            ('L', [30.0, 5.0, 20.0]),
+            // DPR: 4 mm below the reference plane.
+            ('L', [30.0, 5.0, 2.0]),
+            ('L', [30.0, 5.0, -4.0]),
+            ('L', [30.0, 5.0, 2.0]),
+            ('L', [30.0, 5.0, 20.0]),
+        ],
+    );
+    let feed = program.moves[3].feed_m_per_s * 6e4;
+    assert!((feed - 120.0).abs() < 1e-9, "{feed}");
+    // Parameters may be computed; a shift of the work moves the hole.
+    assert_heights("R1=-8\nCYCLE81(R1+28,0,2,R1)\n", &[2.0, -8.0, 2.0, 20.0]);
+}
+
+/// CYCLE83 (Siemens, Fundamentals, "Deep-hole drilling").
+#[test]
+fn deep_holes() {
+    // Chips out: back to the clearance, again to 0.6 mm over the last depth.
+    assert_heights(
+        "CYCLE83(20,0,2,-12,,-5,,0,0,0,1,1)\n",
+        &[2.0, -5.0, 2.0, -4.4, -10.0, 2.0, -9.4, -12.0, 2.0, 20.0],
+    );
+    // Chips broken: 1 mm back.
+    assert_heights(
+        "CYCLE83(20,0,2,-12,,,5,0,0,0,1,0)\n",
+        &[2.0, -5.0, -4.0, -10.0, -9.0, -12.0, 2.0, 20.0],
+    );
+    // Each stroke 2 mm less than the one before, down to 2 mm, the last two equal.
+    assert_heights(
+        "CYCLE83(20,0,2,-15,,-6,,2,0,0,1,0,,,0.5)\n",
+        &[2.0, -6.0, -5.5, -10.0, -9.5, -12.0, -11.5, -13.5, -13.0, -15.0, 2.0, 20.0],
+    );
+    // As a post of Fusion writes it, with modes, and a dwell above the hole.
+    assert_heights(
+        "MCALL CYCLE83(20,0,2,-6,,-3,,0,,0.5,1,1,,3,1,0,0.5,0,0,1001110)\nX0\nMCALL\n",
+        &[50.0, 2.0, -3.0, 2.0, 2.0, -2.5, -6.0, 2.0, 20.0],
+    );
+}
+
+#[test]
+fn reaming_has_feeds_of_its_own() {
+    let program = run("CYCLE85(20,0,2,-8,,0,80,200)\n").unwrap();
+    let feeds: Vec<f64> = program.moves[2..4].iter().map(|each| each.feed_m_per_s * 6e4).collect();
+    assert!((feeds[0] - 80.0).abs() < 1e-9 && (feeds[1] - 200.0).abs() < 1e-9, "{feeds:?}");
+}
+
+#[test]
+fn what_is_not_clear_is_refused() {
+    refused("MCALL CYCLE84(20,0,2,-8,,0,3,,1,0,200,200)\nX5\n", "CYCLE84");
+    refused("MCALL POCKET3(20,0,2,-8)\nX5\n", "MCALL");
+    refused("CYCLE81(20,0,2,-8,5)\n", "different depths");
+    refused("CYCLE81(20,0,2)\n", "no DP and no DPR");
+    refused("CYCLE81(20,0,2,8)\n", "below RFP");
+    refused("CYCLE81(-20,0,2,-8)\n", "RTP");
+    refused("CYCLE83(20,0,2,-8,,-3,,0,0,0,0.5,1)\n", "FRF");
+    refused("CYCLE83(20,0,2,-8)\n", "no FDEP");
+    refused("CYCLE83(20,0,2,-8,,-3,,-0.5)\n", "_MDEP");
+    refused("CYCLE82(20,0,2,-8,,0,1,0,0)\n", "shank");
+    refused("SUPA G0 Z0\nCYCLE81(20,0,2,-8)\n", "unknown position");
+    refused("CYCLE81(20,0,2,-8*)\n", "expression");
+}
+
+/// Two whole turns beyond the quarter: so much longer than the quarter alone.
+#[test]
+fn helices_turn_as_often_as_they_say() {
+    let turned = |text: &str| {
+        let program = run(text).unwrap();
+        let mut at = end(&program.moves[1]).1.translation.vector;
+        let mut angle = 0.0;
+        for each in &program.moves[2..] {
+            let detune::motion::Target::Arc { via, end } = &each.to else { panic!("{each:?}") };
+            for to in [via, end] {
+                let to = to.translation.vector;
+                let [a, b] = [at, to].map(|v| v.y.atan2(v.x));
+                angle += (b - a).rem_euclid(std::f64::consts::TAU);
+                at = to;
+            }
+        }
+        angle.to_degrees()
+    };
+    for (word, expected) in [("", 90.0), ("TURN=0", 90.0), ("TURN=2", 810.0)] {
+        let found = turned(&format!("G0 X10 Y0\nG3 X0 Y10 Z40 I-10 J0 {word}\n"));
+        assert!((found - expected).abs() < 1e-3, "{word}: {found}°");
+    }
+    refused("G0 X10\nG3 X0 Y10 I-10 J0 TURN=1.5\n", "whole number of turns");
+}

@@ -1,0 +1,244 @@
+//! Heidenhain's corners, tangential arcs, ways onto a contour and off it, and its cycles 205 to 207.
+//!
+//! Where the figures are not plain they are not worked out as the reader does: arcs are held to lie
+//! at their radius from their centre, to begin and end across it, and to go the right way round.
+
+use detune::motion::Target;
+use detune::notes::{Code, Note};
+use detune::program::{Dialect, NewSpeed, Program, Rewrite, read, rewrite};
+use nalgebra::{Vector2, Vector3};
+
+use super::support::{assert_ends, at, settings};
+
+const HEAD: &str = "BEGIN PGM A MM\nTOOL CALL 1 Z S3000 F400\nL X+0 Y+0 Z+10 R0 FMAX M3\n";
+
+fn run(blocks: &str) -> Result<Program, Vec<Note>> {
+    let text = format!("{HEAD}{blocks}END PGM A MM\n");
+    read(text.as_bytes(), Dialect::Heidenhain, &settings())
+}
+
+fn refused(blocks: &str, said: &str) {
+    let found = run(blocks).expect_err(blocks);
+    assert!(found.iter().any(|note| note.what.contains(said)), "{blocks}: {found:?}");
+}
+
+/// mm.
+fn places(program: &Program) -> Vec<(Option<Vector3<f64>>, Vector3<f64>)> {
+    let mm = |pose: &nalgebra::Isometry3<f64>| pose.translation.vector * 1000.0;
+    let of = |each: &detune::motion::Move| match &each.to {
+        Target::Line(pose) => (None, mm(pose)),
+        Target::Arc { via, end } => (Some(mm(via)), mm(end)),
+        other => panic!("{other:?}"),
+    };
+    program.moves.iter().map(of).collect()
+}
+
+/// The centre of the circle through three points in the plane, by their perpendicular bisectors.
+fn centre(a: Vector2<f64>, b: Vector2<f64>, c: Vector2<f64>) -> Vector2<f64> {
+    let rows =
+        nalgebra::Matrix2::from_rows(&[(b - a).transpose() * 2.0, (c - a).transpose() * 2.0]);
+    let right =
+        Vector2::new(b.norm_squared() - a.norm_squared(), c.norm_squared() - a.norm_squared());
+    rows.lu().solve(&right).unwrap()
+}
+
+#[track_caller]
+fn close(found: f64, expected: f64) {
+    assert!((found - expected).abs() < 1e-6, "{found}, expected {expected}");
+}
+
+#[test]
+fn corners_between_lines() {
+    // A right angle: 5 mm before the corner and behind it, about (35, 5).
+    let program = run("L X+40 F400\nRND R5 F100\nL Y+30\nCHF 2\nL X+10\n").unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0, 0.0, 10.0]),
+            ('L', [35.0, 0.0, 10.0]),
+            ('A', [40.0, 5.0, 10.0]),
+            ('L', [40.0, 28.0, 10.0]),
+            ('L', [38.0, 30.0, 10.0]),
+            ('L', [10.0, 30.0, 10.0]),
+        ],
+    );
+    let feeds: Vec<f64> = program.moves.iter().map(|each| each.feed_m_per_s * 6e4).collect();
+    // F holds in the corner alone.
+    for (found, expected) in feeds[1..].iter().zip([400.0, 100.0, 400.0, 400.0, 400.0]) {
+        close(*found, expected);
+    }
+    let (via, _) = places(&program)[2];
+    let off = (via.unwrap().xy() - Vector2::new(35.0, 5.0)).norm();
+    close(off, 5.0);
+    // Relative words count from the corner, not from where the line ends.
+    let relative = run("L X+40 F400\nRND R5\nL IY+30\n").unwrap();
+    assert_eq!(places(&relative).last().unwrap().1.y, 30.0);
+    refused("RND R5\n", "the corner of line 4 must lie between two lines");
+    refused("L X+40 F400\nRND R5\nCC X+40 Y+10\nC X+40 Y+20 DR+\n", "between two lines");
+    refused("L X+40 F400\nRND R50\nL Y+30\n", "larger than its lines");
+    refused("L X+40 F400\nRND R0\nL Y+30\n", "size above 0");
+    refused("L X+40 F400\nRND R5\nL Z-5\n", "plane of X and Y");
+    refused("L X+40 F400\nRND R5\nL Y+30 M5\n", "between two lines");
+    refused("L X+40 F400\nRND R5\n", "between two lines");
+}
+
+#[test]
+fn the_feed_of_a_corner_is_rewritten() {
+    let text = format!("{HEAD}L X+40\nRND R5 F100\nL Y+30\nEND PGM A MM\n");
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, old_rpm: 3000.0 }];
+    let to = Rewrite { speeds, keeps_chip_load: true };
+    let found = rewrite(text.as_bytes(), Dialect::Heidenhain, &settings(), &to).unwrap();
+    let expected = text.replace("S3000 F400", "S6000 F800").replace("F100", "F200");
+    assert_eq!(String::from_utf8(found.bytes).unwrap(), expected);
+}
+
+#[test]
+fn a_tangential_arc_goes_on_as_the_line_before() {
+    // HEIDENHAIN's example: L (0, 25) to (25, 30), CT to (45, 20).
+    let program = run("L X+0 Y+25 F300\nL X+25 Y+30\nCT X+45 Y+20\nL Y+0\n").unwrap();
+    let places = places(&program);
+    let [from, start] = [1, 2].map(|at| places[at].1.xy());
+    let (via, end) = (places[3].0.unwrap().xy(), places[3].1.xy());
+    assert_eq!(end, Vector2::new(45.0, 20.0));
+    let about = centre(start, via, end);
+    close((start - about).dot(&(start - from).normalize()), 0.0);
+    // To the right of the line's way: clockwise, and by less than a turn.
+    assert!((start - from).perp(&(via - start)) < 0.0);
+    // Behind an arc: a half circle goes on into one to the other side.
+    let s = run("L X+10 F300\nCC X+10 Y+5\nC X+10 Y+10 DR+\nCT X+10 Y+20\n").unwrap();
+    let places = self::places(&s);
+    close(places[3].0.unwrap().x, 5.0);
+    refused("CT X+45 Y+20 F100\n", "no element of a contour");
+    refused("L X+10 F300\nCT X+45\n", "straight ahead");
+}
+
+/// HEIDENHAIN's example of APPR: from (40, 10) onto (10, 20), where the contour goes to (20, 35).
+#[test]
+fn ways_onto_a_contour() {
+    let first = Vector2::new(10.0, 20.0);
+    let along = Vector2::new(10.0, 15.0).normalize();
+    for (way, side) in [("RR", -1.0), ("RL", 1.0)] {
+        let of = |approach: &str| {
+            let text = format!(
+                "L X+40 Y+10 R0 FMAX\nAPPR {approach} {way} F100\nL X+20 Y+35\nL X+30 F500\n"
+            );
+            places(&run(&text).unwrap())
+        };
+        let start = Vector2::new(40.0, 10.0);
+        let left = Vector2::new(-along.y, along.x);
+
+        let lct = of("LCT X+10 Y+20 Z-10 R10");
+        // More than half a turn with RL, which is two arcs.
+        let (above, on, via) = (lct[2].1, lct[3].1, lct[4].0.unwrap().xy());
+        let end = lct[lct.len() - 3].1;
+        assert_eq!((above.z, on.z, end), (10.0, -10.0, Vector3::new(10.0, 20.0, -10.0)));
+        assert_eq!(lct.len(), if side > 0.0 { 8 } else { 7 });
+        let about = centre(on.xy(), via, lct[4].1.xy());
+        close((about - first - left * (side * 10.0)).norm(), 0.0);
+        close((on.xy() - about).dot(&(on.xy() - start)), 0.0);
+        // Round the centre as the line goes past it, and the same way into the contour.
+        let turn = (on.xy() - start).perp(&(about - on.xy()));
+        assert_eq!(turn.signum(), side);
+
+        let ct = of("CT X+10 Y+20 Z-10 CCA180 R+10");
+        let on = ct[3].1.xy();
+        // A half turn: across the contour's first point, twice the radius away.
+        close((on - first - left * (side * 20.0)).norm(), 0.0);
+        let beside = ct[4].0.unwrap().xy() - first - left * (side * 10.0);
+        close((beside + along * 10.0).norm(), 0.0);
+        let other = of("CT X+10 Y+20 CCA90 R-10");
+        close((other[2].1.xy() - first + left * (side * 10.0) + along * 10.0).norm(), 0.0);
+
+        let lt = of("LT X+10 Y+20 Z-10 LEN15");
+        close((lt[3].1.xy() - first + along * 15.0).norm(), 0.0);
+        let ln = of("LN X+10 Y+20 Z-10 LEN15");
+        close((ln[3].1.xy() - first - left * (side * 15.0)).norm(), 0.0);
+    }
+    // To the way at the pace of the block before, except LCT, then at its own feed.
+    let feeds = |approach: &str| -> Vec<f64> {
+        let text = format!("L X+40 F300\nAPPR {approach} RR F100\nL X+20 Y+35 F200\n");
+        let program = run(&text).unwrap();
+        program.moves[2..].iter().map(|each| (each.feed_m_per_s * 6e4).round()).collect()
+    };
+    assert_eq!(feeds("LT X+10 Y+20 LEN15"), [300.0, 100.0, 200.0]);
+    assert_eq!(feeds("LCT X+10 Y+20 R5"), [100.0, 100.0, 200.0]);
+    let arc = "L X+40 F300\nAPPR LT X+10 Y+20 LEN15 RR F100\n";
+    // The contour begins with an arc about (20, 20): it heads down, clockwise up.
+    for (block, y) in [("C X+20 Y+10 DR+", 35.0), ("C X+20 Y+30 DR-", 5.0)] {
+        let found = places(&run(&format!("{arc}CC X+20 Y+20\n{block}\n")).unwrap());
+        close((found[2].1.xy() - Vector2::new(10.0, y)).norm(), 0.0);
+    }
+    let found = places(&run(&format!("{arc}CR X+20 Y+10 R+10 DR+\n")).unwrap());
+    close((found[2].1.xy() - Vector2::new(10.0, 35.0)).norm(), 0.0);
+    let depth = run("L X+40 F300\nAPPR LT X+10 Y+20 Z-5 LEN15 RR F100\nL X+20 Y+35\n").unwrap();
+    let told = depth.warnings.iter().filter(|note| note.code == Code::Assumed);
+    assert!(told.map(|note| &note.what).any(|what| what.contains("Z is taken to move apart")));
+    let on = "\nL X+20 Y+35\n";
+    refused(&format!("L X+40 F300\nAPPR LCT X+10 Y+20 R5 R0{on}"), "side is not stated");
+    refused(&format!("L X+11 Y+20 F300\nAPPR LCT X+10 Y+20 R50 RR{on}"), "inside its arc");
+    refused(&format!("L X+40 F300\nAPPR PLT PR+10 PA+5 LEN5 RL{on}"), "APPR PLT");
+    refused("L X+40 F300\nAPPR LT X+10 Y+20 LEN15 RR\n", "must go on with L, C or CR");
+    refused(&format!("L X+40 F300\nAPPR LT X+10 Y+20 RR{on}"), "without LEN");
+}
+
+/// HEIDENHAIN's examples of DEP, behind a line up to (20, 20) with RR.
+#[test]
+fn ways_off_a_contour() {
+    let of = |departure: &str, side: &str| {
+        let text = format!("L X+20 Y+0 {side} F300\nL Y+20 {side}\nDEP {departure} F100\n");
+        places(&run(&text).unwrap())
+    };
+    for (side, sign) in [("RR", 1.0), ("RL", -1.0)] {
+        assert_eq!(of("LT LEN12.5", side)[3].1, Vector3::new(20.0, 32.5, 10.0));
+        assert_eq!(of("LN LEN+20", side)[3].1, Vector3::new(20.0 + sign * 20.0, 20.0, 10.0));
+        let ct = of("CT CCA 180 R+8", side);
+        close((ct[3].1 - Vector3::new(20.0 + sign * 16.0, 20.0, 10.0)).norm(), 0.0);
+        close((ct[3].0.unwrap() - Vector3::new(20.0 + sign * 8.0, 28.0, 10.0)).norm(), 0.0);
+        let lct = of(&format!("LCT X+{} Y+12 Z+30 R+8", 20.0 + sign * 15.0), side);
+        let about = Vector2::new(20.0 + sign * 8.0, 20.0);
+        let last = lct.len() - 1;
+        let (off, end) = (lct[last - 2].1.xy(), lct[last - 1].1);
+        close((off - about).norm(), 8.0);
+        close((off - about).dot(&(end.xy() - off)), 0.0);
+        // The arc goes on into the line, not back.
+        close((lct[last - 2].0.unwrap().xy() - about).norm(), 8.0);
+        assert!((about - off).perp(&(end.xy() - off)) * sign > 0.0);
+        assert_eq!(lct.last().unwrap().1, Vector3::new(20.0 + sign * 15.0, 12.0, 30.0));
+    }
+    refused("L X+20 F300\nDEP LN LEN5\n", "side is not stated");
+    refused("DEP LT LEN5 F100\n", "no element of a contour");
+}
+
+#[test]
+fn deep_holes_and_taps() {
+    let of = |cycle: &str| run(&format!("CYCL DEF {cycle}\nL X+5 Y+5 FMAX M99\n"));
+    let deep = "205 UNIVERSAL PECKING Q200=2 Q201=-12 Q206=150 Q202=5 Q203=0 Q204=10 Q212=1 Q205=2 \
+                Q258=0.5 Q259=0.5 Q257=3 Q256=0.2 Q211=0 Q208=9999";
+    let z: Vec<f64> = places(&of(deep).unwrap())[2..].iter().map(|(_, at)| at.z).collect();
+    // Pecks of 5 and 4 mm and the rest, a chip broken each 3 mm, out between, again 0.5 mm above.
+    let expected =
+        [2.0, -3.0, -2.8, -5.0, 2.0, -4.5, -8.0, -7.8, -9.0, 2.0, -8.5, -12.0, 2.0, 10.0];
+    assert_eq!(z.len(), expected.len(), "{z:?}");
+    for (found, expected) in z.iter().zip(expected) {
+        close(*found, expected);
+    }
+    let refused = |cycle: &str, said: &str| {
+        let found = of(cycle).unwrap_err();
+        assert!(found.iter().any(|note| note.what.contains(said)), "{cycle}: {found:?}");
+    };
+    refused(&deep.replace("Q259=0.5", "Q259=0.2"), "Q258 and Q259");
+    refused(&format!("{deep} Q379=4"), "Q379");
+
+    let rigid = "207 TAPPING Q200=2 Q201=-20 Q239=+1 Q203=0 Q204=10";
+    let floating = "206 TAPPING Q200=2 Q201=-20 Q206=3000 Q211=0 Q203=0 Q204=10";
+    for cycle in [rigid, floating] {
+        let program = of(cycle).unwrap();
+        // 1 mm a turn at 3000 rpm, in and out.
+        let feeds: Vec<f64> = program.moves.iter().map(|each| each.feed_m_per_s * 6e4).collect();
+        close(feeds[3], 3000.0);
+        close(feeds[4], 3000.0);
+        let told: Vec<Code> = program.warnings.iter().map(|note| note.code).collect();
+        assert!(told.contains(&Code::SpindleCommand), "{told:?}");
+        assert_eq!(at(&program.warnings[0]), 5);
+    }
+}
