@@ -84,7 +84,7 @@ fn departures(samples: &[f64], rate_hz: f64) -> Vec<(usize, bool)> {
     let backwards: Vec<f64> = samples.iter().rev().copied().collect();
     let back = self::errors(&backwards).map(|errors| errors.into_iter().rev().collect::<Vec<_>>());
     let early = |back: &Vec<f64>| {
-        (guard(rate_hz)..first.min(samples.len() - ORDER)).rev().find(|&at| {
+        (0..first.min(samples.len() - ORDER)).rev().find(|&at| {
             let error = back[at].abs();
             let behind = at + 1..(at + 1 + window).min(samples.len() - ORDER);
             error > (SHARE * ahead[at + 1]).max(SHARE_OF_ALL * loudest)

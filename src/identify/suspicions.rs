@@ -51,6 +51,7 @@ pub(super) fn check(
     }
     if matches!(prepared.kind, RecordKind::FreeDecay | RecordKind::Hammer) {
         harmonics(modes, notes);
+        companions(modes, notes);
     }
     delay(modes, notes);
 }
@@ -328,6 +329,42 @@ fn harmonics(modes: &mut [Mode], notes: &mut Notes) {
         if is_known {
             modes[at].suspicion = Some(Code::AmplitudeDependent);
         }
+    }
+}
+
+/// What decays several times as fast as a louder mode of the same shape and frequency: damping that
+/// rises with amplitude, as of friction, needs such a companion in a linear fit.
+fn companions(modes: &mut [Mode], notes: &mut Notes) {
+    /// Of the decay rates.
+    const FASTER: f64 = 2.0;
+    /// Of the other's power.
+    const WEAKER: f64 = 0.35;
+    /// The modal assurance criterion of so weak a pole is not known any better.
+    const ONE_SHAPE: f64 = 0.9;
+    let decay = |mode: &Mode| mode.damping_ratio * mode.frequency_hz;
+    for at in 0..modes.len() {
+        let mode = &modes[at];
+        let is_of = |of: &&Mode| {
+            (mode.frequency_hz - of.frequency_hz).abs() < decay(mode)
+                && decay(mode) > FASTER * decay(of)
+                && mode.prominence < WEAKER * of.prominence
+                && of.suspicion.is_none()
+                && mac(&mode.shape, &of.shape).is_some_and(|mac| mac > ONE_SHAPE)
+        };
+        let Some(of) = modes.iter().find(is_of).filter(|_| mode.suspicion.is_none()) else {
+            continue;
+        };
+        let what = format!(
+            "{:.3} Hz with a damping ratio of {:.1} % has the shape of the mode at {:.3} Hz with \
+             {:.1} %: damping that changes with amplitude, as of friction, makes such a companion; \
+             left out of the table; hit less hard",
+            mode.frequency_hz,
+            percent_from_ratio(mode.damping_ratio),
+            of.frequency_hz,
+            percent_from_ratio(of.damping_ratio),
+        );
+        notes.warning(Code::AmplitudeDependent, None, what);
+        modes[at].suspicion = Some(Code::AmplitudeDependent);
     }
 }
 

@@ -198,3 +198,57 @@ fn stiffening_alone_does_not_change_the_damping() {
         }
     }
 }
+
+/// Friction that saturates with the speed in the second joint, as a seal's: what a linear fit needs beside the first
+/// mode, of its shape and several times its damping, is told and left out.
+#[test]
+fn the_companion_that_friction_makes_is_no_mode() {
+    const RATE: f64 = 512.0;
+    const SPEED: f64 = 0.02;
+    let inverse = Matrix2::new(60.0, 12.0, 12.0, 20.0).try_inverse().unwrap();
+    let stiffness = Vector2::new(4e5, 2.2e5);
+    let force = |t: f64| {
+        let phase = (t - 0.25) / 0.004;
+        let size =
+            if (0.0..=1.0).contains(&phase) { (std::f64::consts::PI * phase).sin() } else { 0.0 };
+        size * Vector2::new(1.0, 0.4)
+    };
+    for (seed, blow) in [300.0, 900.0].into_iter().enumerate() {
+        let slope = |t: f64, x: Vector2<f64>, v: Vector2<f64>| {
+            let friction = Vector2::new(0.0, 12.0 * (v[1] / SPEED).tanh());
+            let springs = stiffness.component_mul(&(x + 2e-4 * v));
+            inverse * (blow * force(t) - springs - friction)
+        };
+        let h = 1.0 / RATE / STEPS as f64;
+        let (mut x, mut v) = (Vector2::zeros(), Vector2::zeros());
+        let (mut heard, mut seen) = (Vec::new(), vec![Vec::new(); 2]);
+        for sample in 0..2560 {
+            let start = f64::from(sample) / RATE;
+            heard.push(blow * force(start)[0]);
+            let now = slope(start, x, v);
+            (0..2).for_each(|i| seen[i].push(now[i]));
+            for step in 0..STEPS {
+                let t = start + step as f64 * h;
+                let a = slope(t, x, v);
+                let v2 = v + 0.5 * h * a;
+                let b = slope(t + 0.5 * h, x + 0.5 * h * v, v2);
+                let v3 = v + 0.5 * h * b;
+                let c = slope(t + 0.5 * h, x + 0.5 * h * v2, v3);
+                let v4 = v + h * c;
+                let d = slope(t + h, x + h * v3, v4);
+                x += h / 6.0 * (v + 2.0 * (v2 + v3) + v4);
+                v += h / 6.0 * (a + 2.0 * (b + c) + d);
+            }
+        }
+        let seen = noisy(&seen, 0.01, &mut seeded(70 + seed as u64));
+        let hammer = record(RATE, Some(heard), seen, Quantity::Acceleration);
+        let found = identify_record(&hammer, &asked(&[]));
+        let listed = found.modes.iter().filter(|mode| mode.suspicion.is_none());
+        let listed: Vec<f64> = listed.map(|mode| mode.frequency_hz).collect();
+        assert_eq!(listed.len(), 2, "{blow}: {listed:?} {:?}", found.warnings);
+        // Small motion: the friction is a damper of 600 N·s/m.
+        assert!((listed[0] / 12.258 - 1.0).abs() < 1e-3, "{listed:?}");
+        let told = |note: &Note| note.code == Code::AmplitudeDependent;
+        assert!(found.warnings.iter().any(told), "{:?}", found.warnings);
+    }
+}

@@ -8,7 +8,7 @@ use detune::identify::pose::Pose;
 use detune::identify::record::{Asked, Conditions, Measurement, Quantity, Record, Session};
 use detune::identify::record_modes::{IdentifiedRecord, identify_record};
 use detune::identify::session::{IdentifiedSession, PoseMode, identify_session};
-use detune::notes::Code;
+use detune::notes::{Code, Note};
 use detune::progress::silent;
 
 /// Natural frequency, Hz, and damping ratio of an oscillator.
@@ -185,15 +185,15 @@ fn a_decay_ends_where_the_next_hit_begins() {
     }
 }
 
-/// A hammer that strikes again 45 to 150 ms later, with no channel for its force: too early for the past to predict
-/// what comes, which is told and left out.
+/// A hammer that strikes again 25 to 150 ms later, with no channel for its force: too early for the past to predict
+/// what comes, which is left out, and told where it is no part of the first impact.
 #[test]
 fn a_hit_in_the_first_moments_of_a_decay_divides_it() {
     const RATE: f64 = 512.0;
     let truth = [(11.2, 0.02), (17.9, 0.02), (26.8, 0.015), (44.1, 0.015)];
     let shapes: [&[f64]; 3] =
         [&[1.0, 0.5, 0.3, 0.4], &[0.6, -0.8, 0.5, 0.6], &[0.4, 0.5, -0.9, 0.7]];
-    for (seed, gap) in [0.045, 0.06, 0.08, 0.1, 0.12, 0.15].into_iter().enumerate() {
+    for (seed, gap) in [0.025, 0.03, 0.045, 0.06, 0.08, 0.1, 0.12, 0.15].into_iter().enumerate() {
         let hits = [(0.25, 1.0), (0.25 + gap, 0.6)];
         let force = move |t: f64| -> f64 {
             hits.iter().map(|(start, height)| 100.0 * height * half_sine(t, *start, 0.004)).sum()
@@ -204,11 +204,8 @@ fn a_hit_in_the_first_moments_of_a_decay_divides_it() {
             &asked(&[]),
         );
         let codes: Vec<Code> = found.warnings.iter().map(|note| note.code).collect();
-        assert!(
-            codes.iter().any(|code| matches!(code, Code::Discontinuity | Code::DoubleHit)),
-            "{gap}: {:?}",
-            found.warnings
-        );
+        let is_told = codes.iter().any(|c| matches!(c, Code::Discontinuity | Code::DoubleHit));
+        assert!(is_told || gap < 0.04, "{gap}: {:?}", found.warnings);
         must_be(&found, &truth, &format!("{gap} s"));
     }
 }
@@ -427,6 +424,26 @@ fn harmonics_of_a_spring_that_is_softer_on_one_side_are_no_modes() {
         let hz = 2.0 / (1.0 / 8.8 + 1.0 / (8.8 * 0.85_f64.sqrt()));
         let listed = listed(&found);
         assert!(listed.len() == 1 && (listed[0] / hz - 1.0).abs() < 1e-3, "{listed:?} {hz}");
+    }
+}
+
+/// Two modes nearer to each other than they are wide, in one response: they beat, which a mode that depends on its
+/// amplitude imitates in part.
+#[test]
+fn two_modes_side_by_side_are_not_one_that_depends_on_amplitude() {
+    const RATE: f64 = 512.0;
+    for (seed, (apart, ratio)) in
+        [(0.0133, 0.015), (0.02, 0.025), (0.03, 0.025)].into_iter().enumerate()
+    {
+        let truth = [(15.0, ratio), (15.0 * (1.0 + apart), ratio), (31.0, 0.02)];
+        let force = |t: f64| 100.0 * half_sine(t, 0.25, 0.006);
+        let own = truth.map(|own| swung(own, 1.0, 0.0, RATE, 4096, &force));
+        let heard = (0..4096).map(|k| force(k as f64 / RATE)).collect();
+        let responses = mixed(&own, &[&[0.64, 0.49, 0.64]], 0.002, seed as u64);
+        let found = identify_record(&acceleration(RATE, Some(heard), responses), &asked(&[]));
+        must_be(&found, &truth, &format!("{apart} {ratio}"));
+        let told = |note: &Note| note.code == Code::AmplitudeDependent;
+        assert!(!found.warnings.iter().any(told), "{:?}", found.warnings);
     }
 }
 

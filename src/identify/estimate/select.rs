@@ -181,9 +181,14 @@ fn with_drift(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<
     let (blocks_of_other, other, rates) = drift::drifting(blocks, fit)?;
     let required = rates as f64 * drift::required_gain(fit.poles.len());
     // Within the width of a pole another one can imitate part of its drift, and noise may tip the
-    // balance.
-    let fraction = match larger.and_then(|larger| larger.poles.last()) {
-        Some(new) if fit.poles.iter().any(|pole| is_on(pole, new)) => MIN_FRACTION,
+    // balance. Such a pole decays several times as fast; two modes side by side decay alike.
+    let fraction = match larger.and_then(|larger| larger.poles.split_last()) {
+        Some((new, others)) if fit.poles.iter().any(|pole| is_on(pole, new)) => {
+            match others.iter().any(|pole| is_on(pole, new) && decay_alike(pole, new)) {
+                true => 1.0,
+                false => MIN_FRACTION,
+            }
+        }
         _ => 1.0,
     };
     let before = fit.evaluation.sum_of_squares;
@@ -193,6 +198,13 @@ fn with_drift(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<
             gain(&other, required) > fraction * gain(larger, required_gain(blocks))
         })
         .then_some((blocks_of_other, other))
+}
+
+/// Whether two poles decay about as fast.
+fn decay_alike(a: &Pole, b: &Pole) -> bool {
+    const MOST: f64 = 1.6;
+    let ratio = a.lambda.re / b.lambda.re;
+    (1.0 / MOST..=MOST).contains(&ratio)
 }
 
 /// Whether a pole lies within the width of another.

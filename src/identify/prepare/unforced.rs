@@ -10,7 +10,7 @@ use super::lines::{
 use super::{NO_LINES, Prepared, RecordKind, Sampling, responses_of, without_offset};
 use crate::identify::estimate::subspace::Stationary;
 use crate::identify::estimate::{Block, C64, Origin};
-use crate::identify::impacts::{Decay, decays};
+use crate::identify::impacts::{Decay, decays, guard};
 use crate::identify::innovations::Departures;
 use crate::identify::quality::{rounding_step, without_spikes};
 use crate::identify::record::Channel;
@@ -197,7 +197,10 @@ fn long_decays(
     let found = decays(&level, rate_hz);
     let departures: Vec<Departures> =
         found.iter().map(|decay| Departures::of(&level, *decay, rate_hz)).collect();
-    let breaks = departures.iter().flat_map(|own| &own.breaks);
+    // What departs right behind the beginning is the end of its impact.
+    let begins =
+        |at: usize| found.iter().any(|own| (own.from..own.from + guard(rate_hz)).contains(&at));
+    let breaks = departures.iter().flat_map(|own| &own.breaks).filter(|at| !begins(**at));
     breaks.for_each(|at| warn_of_break(*at, rate_hz, "the decay is divided there", notes));
     let both = found.iter().zip(&departures);
     let found: Vec<Decay> = both.flat_map(|(own, at)| at.decays(*own, rate_hz)).collect();
@@ -224,7 +227,7 @@ fn long_decays(
 fn warn_of_cut_decays(found: &[Decay], long: &[Decay], rate_hz: f64, notes: &mut Notes) {
     let longest = long.iter().map(|decay| decay.to - decay.from).max().unwrap_or(0);
     for decay in &found[..found.len().saturating_sub(1)] {
-        if 4 * (decay.to - decay.from) < longest {
+        if decay.to - decay.from > guard(rate_hz) && 4 * (decay.to - decay.from) < longest {
             let what = format!(
                 "the decay that begins at {:.3} s is cut short by a second impact at {:.3} s; hit \
                  once and wait",
