@@ -10,11 +10,22 @@ use super::cutter::Cutter;
 /// Directions this nearly alike make no corner.
 const STRAIGHT_RAD: f64 = 1e-6;
 
+/// What a corner becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// An arc of this radius.
+    Round,
+    /// A chamfer that takes so much off each line.
+    OffLines,
+    /// A chamfer of this length.
+    Chamfer,
+}
+
 /// A line whose end waits for the next to be cut off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Corner {
-    pub(super) is_round: bool,
-    /// Radius, or length that is cut off each line, mm.
+    pub(super) kind: Kind,
+    /// mm.
     pub(super) size: f64,
     pub(super) line: usize,
     pub(super) to: Vector3<f64>,
@@ -37,7 +48,7 @@ impl Corner {
         Plane([.., w]): Plane,
         name: &str,
     ) -> Result<(), String> {
-        let Self { is_round, size, line, to: tip, pace, pace_in_corner } = *self;
+        let Self { kind, size, line, to: tip, pace, pace_in_corner } = *self;
         let from = cutter.place().ok_or("a corner from an unknown position")?;
         let (before, behind) = (tip - from, to - tip);
         let [Some(a), Some(b)] = [before, behind].map(|way| way.try_normalize(1e-9)) else {
@@ -47,7 +58,11 @@ impl Corner {
             return Err(format!("the corner of line {line} does not lie in the plane of {name}"));
         }
         let turn = a.angle(&b);
-        let off = if is_round { size * (turn / 2.0).tan() } else { size };
+        let off = match kind {
+            Kind::Round => size * (turn / 2.0).tan(),
+            Kind::OffLines => size,
+            Kind::Chamfer => size / (2.0 * (turn / 2.0).cos()),
+        };
         if turn < STRAIGHT_RAD || !off.is_finite() {
             cutter.line_to(line, tip, pace);
             return Ok(());
@@ -57,7 +72,7 @@ impl Corner {
         }
         let (start, end) = (tip - a * off, tip + b * off);
         cutter.line_to(line, start, pace);
-        if !is_round {
+        if kind != Kind::Round {
             cutter.line_to(line, end, pace_in_corner);
             return Ok(());
         }

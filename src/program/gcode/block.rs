@@ -11,6 +11,8 @@ pub(super) const TURNS: u8 = b'n';
 /// Corners: `,R` or RND=, `,C` or CHR=.
 pub(super) const ROUNDED: u8 = b'o';
 pub(super) const CHAMFERED: u8 = b'h';
+/// CHF=: the length of the chamfer itself.
+pub(super) const CHAMFER_LENGTH: u8 = b'f';
 
 /// Whether a number counts from where the axis is, whatever G90 and G91 say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +41,7 @@ pub(super) struct Word {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Block {
     pub(super) words: Vec<Word>,
-    /// Began with `/`: left out where the operator says so.
+    /// Has a `/`: what stands behind it is left out where the operator says so.
     pub(super) optional: bool,
     /// A tape mark, `%`.
     pub(super) mark: bool,
@@ -122,6 +124,11 @@ pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> R
         match byte {
             b'#' => lexer.assignment(block)?,
             b',' => lexer.corner(block)?,
+            // What stands behind it may be skipped.
+            b'/' if !block.words.is_empty() => {
+                block.optional = true;
+                lexer.at += 1;
+            }
             // A label; what jumps to it is refused.
             b':' if lexer.is_behind_name() && block.is_label() => {
                 block.names.clear();
@@ -215,7 +222,7 @@ impl<'t> Lexer<'t> {
         if first != b'_' && (behind.is_ascii_digit() || matches!(behind, b'.' | b'-' | b'+')) {
             // The common word; A3=, S1= and R1= are told by what follows.
             let digits = rest.iter().skip(1).take_while(|byte| byte.is_ascii_digit()).count();
-            if rest.get(1 + digits) != Some(&b'=') {
+            if !is_set(rest.get(1 + digits..)) {
                 self.at += 1;
                 return self.number(first.to_ascii_uppercase(), block);
             }
@@ -229,8 +236,9 @@ impl<'t> Lexer<'t> {
         let name = self.line.get(self.at..self.at + length).unwrap_or_default();
         let name = name.to_ascii_uppercase();
         match rest.get(length) {
-            Some(b'=') => {
-                self.at += length + 1;
+            _ if is_set(rest.get(length..)) => {
+                let equals = rest.iter().position(|byte| *byte == b'=');
+                self.at += equals.unwrap_or(length) + 1;
                 return self.named(&name, block);
             }
             Some(b'(') if length > 1 => {
@@ -255,20 +263,18 @@ impl<'t> Lexer<'t> {
         Ok(())
     }
 
-    /// `DEF REAL _depth = 5, _feed`: variables, 0 where nothing is said. Texts and fields are left
+    /// `DEF REAL _depth = 5, _feed`: numbers, 0 where nothing is said. Texts and fields are left
     /// out: what reads them is told that nothing has set them.
     fn definition(&mut self, block: &mut Block) -> Result<(), String> {
         let rest = self.line.get(self.at..).unwrap_or("");
         let rest = rest.split(';').next().unwrap_or("").trim();
         self.at = self.bytes.len();
         let (kind, names) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-        // Whole numbers are rounded whenever they are set.
-        if matches!(kind.to_ascii_uppercase().as_str(), "INT" | "BOOL") {
-            return Err(format!("DEF {kind} is not supported: REAL alone"));
-        }
-        if !kind.eq_ignore_ascii_case("REAL") {
-            return Ok(());
-        }
+        let key: fn(String) -> Key = match kind.to_ascii_uppercase().as_str() {
+            "REAL" => Key::Name,
+            "INT" | "BOOL" => Key::Whole,
+            _ => return Ok(()),
+        };
         for part in names.split(',').filter(|part| !part.contains('[')) {
             let (name, value) = part.split_once('=').unwrap_or((part, "0"));
             let mut reader = Reader::new(value.as_bytes(), 0, self.parameters);
@@ -276,7 +282,7 @@ impl<'t> Lexer<'t> {
             if let Some(byte) = reader.peek() {
                 return Err(format!("'{}' is not understood behind DEF", char::from(byte)));
             }
-            block.sets.push((Key::Name(name.trim().to_ascii_lowercase()), value));
+            block.sets.push((key(name.trim().to_ascii_lowercase()), value));
         }
         Ok(())
     }
@@ -324,11 +330,12 @@ impl<'t> Lexer<'t> {
             "C3" => DIRECTION[2],
             "RND" => ROUNDED,
             "CHR" => CHAMFERED,
+            "CHF" => CHAMFER_LENGTH,
             "TURN" => TURNS,
             // The main spindle is the first.
             "S1" | "M1" => bytes[0],
-            // How corners are smoothed, and the most that the spindle may turn.
-            "ADIS" | "ADISPOS" | "LIMS" => {
+            // How corners are smoothed, the most that the spindle may turn, and where it stands.
+            "ADIS" | "ADISPOS" | "CTOL" | "OTOL" | "ATOL" | "LIMS" | "SPOS" => {
                 return self.expression(Reader::expression).map(|_| ());
             }
             _ if bytes.len() == 1 && bytes[0] != b'_' => bytes[0],
@@ -355,20 +362,34 @@ impl<'t> Lexer<'t> {
         let counts = match start.as_deref() {
             Some("AC(") => Counts::Absolute,
             Some("IC(") => Counts::Relative,
-            Some("DC(") => return Err("DC( is not understood".to_owned()),
+            // The short way to an angle, or one way round.
+            Some("DC(" | "ACP" | "ACN") => Counts::Absolute,
             _ => Counts::AsModal,
         };
         if counts != Counts::AsModal {
-            self.at += 2;
+            self.at += rest.find('(').unwrap_or(2);
             let value = self.expression(Reader::primary)?;
             return add(block, Word { letter, value, span: None, counts, has_point: true });
         }
         let from = self.at;
-        let value = self.expression(Reader::expression)?;
+        let value = match self.expression(Reader::expression) {
+            // Where the machine goes, the program does not say in any case.
+            Err(_) if self.is_of_machine() => {
+                self.at += rest.find([' ', '\t']).unwrap_or(rest.len());
+                0.0
+            }
+            value => value?,
+        };
         let end = from + self.line.get(from..self.at).unwrap_or("").trim_end().len();
         let is_literal = self.line.get(from..end).is_some_and(|text| text.parse() == Ok(value));
         let span = is_literal.then(|| Span::new(from, end));
         add(block, Word { letter, value, span, counts, has_point: true })
+    }
+
+    /// Whether the block's places are those of the machine.
+    fn is_of_machine(&self) -> bool {
+        let words = self.line.split_whitespace();
+        words.map(str::to_ascii_uppercase).any(|word| matches!(&word[..], "SUPA" | "G53" | "G153"))
     }
 
     /// The number behind a letter: digits, between which blanks and comments may stand, or an
@@ -471,6 +492,12 @@ impl<'t> Lexer<'t> {
         let has_point = text.contains('.');
         add(block, Word { letter, value, span, counts: Counts::AsModal, has_point })
     }
+}
+
+/// Whether `=` comes next, behind blanks, and is no comparison.
+fn is_set(rest: Option<&[u8]>) -> bool {
+    let mut rest = rest.unwrap_or_default().iter().skip_while(|byte| matches!(byte, b' ' | b'\t'));
+    rest.next() == Some(&b'=') && rest.next() != Some(&b'=')
 }
 
 fn add(block: &mut Block, word: Word) -> Result<(), String> {

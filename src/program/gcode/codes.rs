@@ -191,6 +191,8 @@ fn modal(
         200 | 210 | 7000 | 7100 => machine.set_unit(matches!(code, 200 | 7000), false),
         700 | 710 => machine.set_unit(code == 700, machine.is_sinumerik),
         280 | 300 => once.reference = true,
+        // Its reference, and its fixed point.
+        740 | 750 if machine.is_sinumerik => once.reference = true,
         410 | 420 => {
             let what = "G41/G42: the path is read as programmed";
             machine.cutter.log.warning(Code::Assumed, line, what);

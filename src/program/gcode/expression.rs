@@ -1,6 +1,6 @@
 //! Parameters and expressions of G-code: `#1`, `#<depth>`, `[#1 + 2]`, `R1`.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::units::{deg_from_rad, rad_from_deg};
 
@@ -16,6 +16,8 @@ pub(super) struct Parameters {
     numbered: HashMap<i64, f64>,
     /// By name in lower case; Sinumerik's R parameters as `r1`.
     named: HashMap<String, f64>,
+    /// Names of those that are rounded whenever they are set.
+    whole: HashSet<String>,
     /// Calls that are open; of a macro (G65), locals that were not given are vacant.
     are_macros: Vec<bool>,
 }
@@ -32,6 +34,8 @@ pub(super) struct Locals {
 pub(super) enum Key {
     Number(i64),
     Name(String),
+    /// A variable that is declared as a whole number.
+    Whole(String),
 }
 
 impl Parameters {
@@ -39,7 +43,7 @@ impl Parameters {
         if value.is_nan() {
             match key {
                 Key::Number(number) => self.numbered.remove(&number),
-                Key::Name(name) => self.named.remove(&name),
+                Key::Name(name) | Key::Whole(name) => self.named.remove(&name),
             };
             return Ok(());
         }
@@ -52,7 +56,12 @@ impl Parameters {
         match key {
             Key::Number(0) => return Err("#0 cannot be set".to_owned()),
             Key::Number(number) => self.numbered.insert(number, value),
+            Key::Name(name) if self.whole.contains(&name) => self.named.insert(name, value.round()),
             Key::Name(name) => self.named.insert(name, value),
+            Key::Whole(name) => {
+                self.whole.insert(name.clone());
+                self.named.insert(name, value.round())
+            }
         };
         Ok(())
     }
@@ -65,7 +74,7 @@ impl Parameters {
                 self.numbered.get(number).or(Some(&f64::NAN))
             }
             Key::Number(number) => self.numbered.get(number),
-            Key::Name(name) => self.named.get(name),
+            Key::Name(name) | Key::Whole(name) => self.named.get(name),
         };
         found
             .copied()
@@ -99,8 +108,16 @@ impl Parameters {
 fn shown(key: &Key) -> String {
     match key {
         Key::Number(number) => format!("#{number}"),
-        Key::Name(name) => format!("#<{name}>"),
+        Key::Name(name) if is_r_parameter(name) => name.to_uppercase(),
+        Key::Name(name) if name.starts_with('_') => format!("'{name}'"),
+        Key::Name(name) | Key::Whole(name) => format!("#<{name}>"),
     }
+}
+
+/// `r1` and on, of Sinumerik.
+fn is_r_parameter(name: &str) -> bool {
+    let digits = name.strip_prefix('r').unwrap_or("");
+    !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// Reads numbers and expressions from a line.
@@ -251,7 +268,20 @@ impl<'t> Reader<'t> {
     }
 
     fn function(&mut self) -> Result<f64, String> {
+        let before = self.at;
+        let variable = self.variable();
+        let is_call = matches!(self.bytes.get(self.at), Some(b'[' | b'('));
+        if let Key::Name(own) = &variable
+            && !(is_call || is_r_parameter(own))
+            && let Ok(value) = self.parameters.get(&variable)
+        {
+            return Ok(value);
+        }
+        self.at = before;
         let name = self.letters();
+        if matches!(name.as_str(), "TRUE" | "FALSE") {
+            return Ok(if name == "TRUE" { 1.0 } else { 0.0 });
+        }
         if name == "R" && self.bytes.get(self.at).is_some_and(u8::is_ascii_digit) {
             let number = self.number()?;
             return self.parameters.get(&Key::Name(format!("r{number}")));
@@ -326,6 +356,21 @@ impl<'t> Reader<'t> {
             b'/' => ("/", 3),
             b'+' => ("+", 2),
             b'-' => ("-", 2),
+            // Sinumerik's.
+            first @ (b'<' | b'>' | b'=') => {
+                let second = self.bytes.get(self.at + 1).copied();
+                let (name, length) = match (first, second) {
+                    (b'<', Some(b'=')) => ("LE", 2),
+                    (b'<', Some(b'>')) => ("NE", 2),
+                    (b'<', _) => ("LT", 1),
+                    (b'>', Some(b'=')) => ("GE", 2),
+                    (b'>', _) => ("GT", 1),
+                    (_, Some(b'=')) => ("EQ", 2),
+                    _ => return None,
+                };
+                self.at += length;
+                return Some((name, 1));
+            }
             byte if byte.is_ascii_alphabetic() => {
                 let name = self.letters();
                 const NAMED: [(&str, u8); 10] = [

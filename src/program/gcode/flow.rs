@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use super::expression::{Locals, Parameters, Reader, not_vacant};
+use super::structure::{Structure, stripped};
 use crate::program::log::Log;
 use crate::program::unread::left_over;
 
@@ -49,16 +50,19 @@ impl<'t> Behind<'t> {
 }
 
 pub(super) struct Flow<'t> {
-    lines: &'t [(usize, &'t str)],
+    pub(super) lines: &'t [(usize, &'t str)],
     pub(super) parameters: Parameters,
-    next: usize,
+    pub(super) next: usize,
     budget: usize,
     ended: bool,
     /// Which lines have run, of the file.
     ran: Vec<bool>,
     calls: Vec<Call>,
     /// Passes left of repeats, by their line.
-    repeats: HashMap<usize, u64>,
+    pub(super) repeats: HashMap<usize, u64>,
+    /// Of a program of Sinumerik's, which has its own words.
+    is_sinumerik: bool,
+    pub(super) structure: Structure,
     o_words: Vec<OWord>,
     /// Fanuc's programs, by number, and its WHILE loops, by line of WHILE and of END.
     programs: HashMap<i64, usize>,
@@ -66,7 +70,7 @@ pub(super) struct Flow<'t> {
 }
 
 impl<'t> Flow<'t> {
-    pub(super) fn new(lines: &'t [(usize, &'t str)]) -> Self {
+    pub(super) fn new(lines: &'t [(usize, &'t str)], is_sinumerik: bool) -> Self {
         let mut flow = Self {
             lines,
             parameters: Parameters::default(),
@@ -76,6 +80,8 @@ impl<'t> Flow<'t> {
             ran: vec![false; lines.len()],
             calls: Vec::new(),
             repeats: HashMap::new(),
+            is_sinumerik,
+            structure: if is_sinumerik { Structure::of(lines) } else { Structure::default() },
             o_words: Vec::new(),
             programs: HashMap::new(),
             loops: Vec::new(),
@@ -232,6 +238,9 @@ impl<'t> Flow<'t> {
 
     /// Whether the line directs the flow; then it is done.
     pub(super) fn control(&mut self, content: &str, line: usize) -> Result<bool, String> {
+        if self.is_sinumerik {
+            return self.structured(content, line);
+        }
         let content = stripped(content);
         match content.as_bytes().first() {
             Some(b'O' | b'o') => match o_word(content) {
@@ -282,7 +291,7 @@ impl<'t> Flow<'t> {
                 Ok(true)
             }
             "THEN" | "ELSE" | "ENDIF" | "GOTOF" | "GOTOB" | "ENDWHILE" => Err(format!(
-                "'{keyword}': conditions, jumps and loops of this kind are not supported"
+                "'{keyword}': conditions, jumps and loops of this kind are not supported here"
             )),
             _ => Ok(false),
         }
@@ -323,15 +332,23 @@ impl<'t> Flow<'t> {
         let heads = || self.programs.values().copied();
         let head = heads().filter(|head| *head <= here).max().unwrap_or(0);
         let end = heads().filter(|head| *head > here).min().unwrap_or(self.lines.len());
+        let target = self.numbered(number as i64, (self.next..end).chain(head..self.next));
+        self.next = target.ok_or_else(|| format!("there is no N{number} in this program"))?;
+        Ok(())
+    }
+
+    /// The first of these lines that has a block number.
+    pub(super) fn numbered(
+        &self,
+        number: i64,
+        mut lines: impl Iterator<Item = usize>,
+    ) -> Option<usize> {
         let is_target = |(_, line): &(usize, &str)| {
             let line = line.trim_start();
             line.starts_with(['N', 'n'])
-                && leading_number(line.get(1..).unwrap_or("")) == Some(number as i64)
+                && leading_number(line.get(1..).unwrap_or("")) == Some(number)
         };
-        let mut order = (self.next..end).chain(head..self.next);
-        let target = order.find(|&line| self.lines.get(line).is_some_and(is_target));
-        self.next = target.ok_or_else(|| format!("there is no N{number} in this program"))?;
-        Ok(())
+        lines.find(|&line| self.lines.get(line).is_some_and(is_target))
     }
 
     fn o_statement(&mut self, here: &OWord, behind: Behind<'_>) -> Result<(), String> {
@@ -452,19 +469,6 @@ impl<'t> Flow<'t> {
     fn go_behind(&mut self, label: &str, line: usize, keywords: &[&str]) -> Result<(), String> {
         self.next = self.find(label, line, keywords)? + 1;
         Ok(())
-    }
-}
-
-/// A line without the blanks, the `/` and the N word that it begins with.
-fn stripped(line: &str) -> &str {
-    let line = line.trim_start();
-    let line = line.strip_prefix('/').unwrap_or(line).trim_start();
-    match line.strip_prefix(['N', 'n']) {
-        Some(rest) if rest.trim_start().starts_with(|c: char| c.is_ascii_digit()) => rest
-            .trim_start()
-            .trim_start_matches(|c: char| c.is_ascii_digit() || c == '.')
-            .trim_start(),
-        _ => line,
     }
 }
 

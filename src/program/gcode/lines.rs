@@ -1,20 +1,20 @@
-//! Lines and arcs, and corners between two lines: `,R`, `,C`, RND=, CHR=.
+//! Lines and arcs, and corners between two lines: `,R`, `,C`, RND=, CHR=, CHF=.
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::block::{Block, CHAMFERED, ROUNDED, TURNS};
+use super::block::{Block, CHAMFER_LENGTH, CHAMFERED, ROUNDED, TURNS};
 use super::state::Machine;
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Arc;
-use crate::program::corner::Corner;
+use crate::program::corner::{Corner, Kind};
 
-/// What a block asks for: round or not, and the size in mm.
-pub(super) fn asked(block: &Block, mm: impl Fn(f64) -> f64) -> Result<Option<(bool, f64)>, String> {
-    let asked = [(ROUNDED, true), (CHAMFERED, false)];
-    let mut found = asked
-        .into_iter()
-        .filter_map(|(letter, is_round)| Some((is_round, mm(block.word(letter)?.value))));
+/// What a block asks for, and the size in mm.
+pub(super) fn asked(block: &Block, mm: impl Fn(f64) -> f64) -> Result<Option<(Kind, f64)>, String> {
+    let asked =
+        [(ROUNDED, Kind::Round), (CHAMFERED, Kind::OffLines), (CHAMFER_LENGTH, Kind::Chamfer)];
+    let mut found =
+        asked.into_iter().filter_map(|(letter, kind)| Some((kind, mm(block.word(letter)?.value))));
     match (found.next(), found.next()) {
         (Some(_), Some(_)) => Err("a corner is both rounded and chamfered".to_owned()),
         (Some((_, size)), None) if size < 0.0 => {
@@ -94,13 +94,13 @@ impl Machine<'_> {
         line: usize,
         to: Vector3<f64>,
         pace: Pace,
-        corner: Option<(bool, f64)>,
+        corner: Option<(Kind, f64)>,
     ) -> Result<(), String> {
         self.cut_corner(to)?;
         match corner {
-            Some((is_round, size)) => {
+            Some((kind, size)) => {
                 let pace_in_corner = pace;
-                self.corner = Some(Corner { is_round, size, line, to, pace, pace_in_corner });
+                self.corner = Some(Corner { kind, size, line, to, pace, pace_in_corner });
                 Ok(())
             }
             None => {

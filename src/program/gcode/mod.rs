@@ -3,15 +3,16 @@
 //! Read: G0–G3 (centre and radius form, full turns, helices), G4, G10, G17–G19, G20/G21, G52,
 //! G90/G91, G90.1/G91.1, G92, G93–G95, corners, drilling by G73, G81–G86 and G89 with G98/G99, F,
 //! S, M3–M5, subprograms, loops, conditions, parameters and expressions, and Sinumerik's words and
-//! drilling cycles as milling posts write them. The work offset under which the path starts is the job's work object.
-//! Reported and left out: radius compensation (the path is read as programmed), M codes that are
-//! not known. Errors: everything else that moves, shifts or computes motion; two words of one
-//! letter or two codes of one modal group in a block. Until X, Y and Z are all given the place is
-//! not known: the path starts where they are, and a move at feed before is an error. Reference and
-//! machine positions (G28, G30, G53) are not in the program, so behind them axes are not known,
-//! either, until rapid moves set them again.
+//! drilling cycles as milling posts write them. The work offset under which the path starts is the
+//! job's work object. Reported and left out: radius compensation (the path is read as programmed),
+//! M codes that are not known. Errors: everything else that moves, shifts or computes motion; two
+//! words of one letter or two codes of one modal group in a block. Until X, Y and Z are all given
+//! the place is not known: the path starts where they are, and a move at feed before is an error.
+//! Reference and machine positions (G28, G30, G53) are not in the program, so behind them axes are
+//! not known, either, until rapid moves set them again.
 
 mod block;
+mod called;
 mod codes;
 mod cycle;
 mod dwell;
@@ -23,6 +24,8 @@ mod rotary;
 mod shift;
 mod siemens;
 mod state;
+mod structure;
+mod structured;
 
 use super::Settings;
 use super::log::Log;
@@ -38,7 +41,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     let lines = split(text);
     let mut machine = Machine::new(settings, log, changes_tools(&lines));
     machine.is_sinumerik = is_sinumerik;
-    let mut flow = Flow::new(&lines);
+    let mut flow = Flow::new(&lines, is_sinumerik);
     let mut block = Block::default();
     let mut has_begun = false;
     while let Some(index) = flow.next_line(machine.cutter.log) {
@@ -55,14 +58,18 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
                 continue;
             }
         }
-        match block::parse(content, &mut block, &flow.parameters) {
+        let parsed = block::parse(content, &mut block, &flow.parameters);
+        if block.optional {
+            read_as_run(machine.cutter.log, line);
+        }
+        match parsed {
             // What stands behind the closing mark is not part of the program.
             Ok(()) if block.mark && has_begun => {
                 flow.end();
                 break;
             }
             Ok(()) => {
-                has_begun |= block.mark || !block.words.is_empty() || !block.names.is_empty();
+                has_begun |= !block.words.is_empty() || !block.names.is_empty();
                 codes::run(&mut machine, &mut flow, line, offset, &block);
                 set_parameters(&mut machine, &mut flow.parameters, line, &mut block);
             }

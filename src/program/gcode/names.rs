@@ -6,7 +6,7 @@ use super::siemens::DrillingCall;
 use super::state::{AXES, Machine};
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 37] = [
+const HARMLESS: [&str; 46] = [
     "FNORM",
     "DIAMOF",
     "MSG",
@@ -44,6 +44,15 @@ const HARMLESS: [&str; 37] = [
     "RTLION",
     "UPATH",
     "SPOS",
+    "DYNNORM",
+    "DYNPOS",
+    "DYNROUGH",
+    "DYNSEMIFIN",
+    "DYNFINISH",
+    "NORM",
+    "CDOF",
+    "ORISON",
+    "ORISOF",
 ];
 
 /// Frames that end where they have no values.
@@ -96,8 +105,14 @@ impl Machine<'_> {
             let what = format!("FGROUP({inside}): the feed along other axes is not supported");
             return if is_usual { Ok(Name::None) } else { Err(what) };
         }
-        if matches!(name, "REPEAT" | "REPEATB") {
-            return Err(format!("{name}: Sinumerik's repeats are not supported"));
+        if matches!(name, "TRANS" | "ATRANS") && block.names.len() == 1 {
+            let given = AXES.map(|axis| block.word(axis).map(|word| self.mm(word.value)));
+            let others = |word: &&Word| word.letter != b'N' && !AXES.contains(&word.letter);
+            if inside.is_empty() && !block.words.iter().any(|word| others(&word)) {
+                self.no_corner()?;
+                self.shift.translate(given, name == "ATRANS");
+                return Ok(Name::Frame);
+            }
         }
         if name == "MCALL" {
             self.called = None;
@@ -130,7 +145,7 @@ impl Machine<'_> {
                 _ => is_zero,
             };
             // Factors are 1 where they change nothing, and a mirror names axes alone.
-            let by_zero = ["TRANS", "ATRANS", "ROT", "AROT"].contains(&name);
+            let by_zero = ["ROT", "AROT"].contains(&name);
             let zeros = || {
                 let is_zero = |word: &Word| AXES.contains(&word.letter) && word.value == 0.0;
                 block.words.iter().all(|word| word.letter == b'N' || is_zero(word))
@@ -148,6 +163,11 @@ impl Machine<'_> {
                 _ => {}
             }
             return Err(format!("{name} shifts or turns the work and is not supported"));
+        }
+        if self.is_sinumerik {
+            return Err(format!(
+                "'{name}' calls a subprogram or a cycle that is not read, or is not understood"
+            ));
         }
         Err(format!("'{name}' is not understood, must be letters each with a number"))
     }

@@ -80,6 +80,12 @@ impl Shift {
         if same || is_known { Ok(()) } else { Err(()) }
     }
 
+    /// TRANS puts the zero anew, axes that are not given where they were at first; ATRANS moves it.
+    pub(super) fn translate(&mut self, axes: [Option<f64>; 3], adds: bool) {
+        let by = Vector3::from(axes.map(|axis| axis.unwrap_or(0.0)));
+        self.local = if adds { self.local + by } else { by };
+    }
+
     /// G10 L2: the origin of an offset, axes as given.
     pub(super) fn set_origin(
         &mut self,

@@ -183,8 +183,8 @@ impl Reader<'_, '_> {
         at: Vector2<f64>,
         along: Vector2<f64>,
     ) -> Result<(Vector2<f64>, f64, f64), String> {
-        let radius = self.mm(block.number("R").ok_or("CT without R")?);
-        let angle = block.number("CCA").ok_or("CT without CCA")?;
+        let radius = self.mm(block.get("R").ok_or("CT without R")?);
+        let angle = block.get("CCA").ok_or("CT without CCA")?;
         if radius == 0.0 || !(angle > 0.0 && angle < 360.0) {
             return Err("CT needs a radius, and CCA between 0 and 360".to_owned());
         }
@@ -240,7 +240,7 @@ pub(super) fn heading(radius: Vector2<f64>, clockwise: bool) -> Option<Vector2<f
 
 /// A length of a block, mm, which must not be negative.
 fn length(block: &Block<'_>, name: &str) -> Result<f64, String> {
-    let value = block.number(name).ok_or_else(|| format!("{} without {name}", block.name(0)))?;
+    let value = block.get(name).ok_or_else(|| format!("{} without {name}", block.name(0)))?;
     if value > 0.0 { Ok(value) } else { Err(format!("{name} is {value}, must be positive")) }
 }
 

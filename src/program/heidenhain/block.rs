@@ -7,6 +7,9 @@ use crate::program::span::Span;
 /// Words whose number is one of its own: `CYCL DEF 7.1`, also as `CYCL DEF7.1`.
 const NUMBERED_BEHIND: [&str; 5] = ["DEF", "CALL", "LBL", "PROBE", "FN"];
 
+/// Cycles from this number on, and their parameters.
+const FIRST_OF_CYCLES: u32 = 200;
+
 /// A word: `X+10`, `IZ-2`, `FMAX`, `DR+`, `Q200=2`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Word<'t> {
@@ -38,13 +41,6 @@ impl<'t> Block<'t> {
 
     pub(super) fn get(&self, name: &str) -> Option<f64> {
         self.word(name)?.value
-    }
-
-    /// The number of a word, which may stand apart: `CCA 180`.
-    pub(super) fn number(&self, name: &str) -> Option<f64> {
-        let at = self.words.iter().position(|word| word.name == name)?;
-        let apart = self.words.get(at + 1).filter(|next| next.name.is_empty());
-        self.words[at].value.or_else(|| apart?.value)
     }
 
     pub(super) fn has(&self, name: &str) -> bool {
@@ -104,9 +100,11 @@ pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
         let code = line.split(';').next().unwrap_or("").trim_end();
         let body = code.strip_suffix('~').unwrap_or(code);
         let blank = body.len() - body.trim_start().len();
-        let (skip, may_be_skipped) = if continues { (blank, false) } else { head(body) };
+        // Some posts leave the `~` out of the lines of a cycle.
+        let goes_on = continues || is_of_cycle(body) && found.last().is_some_and(is_cycle);
+        let (skip, may_be_skipped) = if goes_on { (blank, false) } else { head(body) };
         let part = (start + skip, body.get(skip..).unwrap_or(""));
-        match found.last_mut().filter(|_| continues) {
+        match found.last_mut().filter(|_| goes_on) {
             Some(open) => open.parts.push(part),
             // `* - …` divides the program for people.
             None if part.1.trim().is_empty() || part.1.trim_start().starts_with('*') => {}
@@ -116,6 +114,22 @@ pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
         continues = code.ends_with('~') || (continues && line.contains('~'));
     }
     found
+}
+
+/// `Q200=2`: no parameter of the program's own has so high a number.
+fn is_of_cycle(line: &str) -> bool {
+    let rest = line.trim_start().strip_prefix('Q').unwrap_or("");
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    let number = rest.get(..digits).and_then(|digits| digits.parse::<u32>().ok());
+    number.is_some_and(|number| number >= FIRST_OF_CYCLES)
+        && rest.get(digits..).is_some_and(|rest| rest.trim_start().starts_with('='))
+}
+
+/// Whether a block defines a cycle that has Q parameters.
+fn is_cycle(block: &Text<'_>) -> bool {
+    let rest = block.parts[0].1.trim_start().strip_prefix("CYCL DEF").unwrap_or("");
+    let number = rest.trim_start().split(|c: char| !c.is_ascii_digit()).next().unwrap_or("");
+    number.parse::<u32>().is_ok_and(|number| number >= FIRST_OF_CYCLES)
 }
 
 /// Q parameters that the program sets, by number.
@@ -143,7 +157,18 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
                 at += 1;
                 continue;
             }
-            words.push(word(content, at, at, at + length, offset));
+            let own = word(content, at, at, at + length, offset);
+            let is_open = |before: &&mut Word<'t>| {
+                before.value.is_none()
+                    && before.sign.is_none()
+                    && !before.name.is_empty()
+                    && !NUMBERED_BEHIND.contains(&before.name)
+            };
+            // `S 1500`, `CCA 180`; the words before that take a number of their own do not.
+            match words.last_mut().filter(is_open).filter(|_| own.value.is_some()) {
+                Some(before) => *before = Word { name: before.name, ..own },
+                None => words.push(own),
+            }
             at += length;
             continue;
         }

@@ -58,13 +58,18 @@ impl Reader<'_, '_> {
             }
             // Tolerance, preset by number, thermal and the like.
             _ if number == 247.0 && self.cutter.log.has_moved() => {
+                self.shift = Vector3::zeros();
                 let what = "cycle 247 chooses a preset: the job's work_object is used throughout";
                 self.cutter.log.warning(Code::ChangeIgnored, line, what);
                 Ok(())
             }
             _ if number.floor() == 32.0 || number == 247.0 || number == 392.0 => Ok(()),
-            // Shifts and turns that are zero, behind a title; a mirror names axes alone.
-            _ if matches!(number.floor() as i64, 7 | 8 | 10 | 19) => {
+            _ if number.floor() == 7.0 => self.shift_work(block),
+            _ if number.floor() == 1.0 => self.pecking(line, number, block),
+            // Of a cycle that is refused, its title alone is told.
+            _ if number.fract() != 0.0 && self.is_refused => Ok(()),
+            // Turns that are zero, behind a title; a mirror names axes alone.
+            _ if matches!(number.floor() as i64, 8 | 10 | 19) => {
                 let is_title = number.fract() == 0.0;
                 // A number alone is a row of a table.
                 let says_zero = |word: &Word<'_>| match word.value {
@@ -79,6 +84,94 @@ impl Reader<'_, '_> {
             }
             _ => Err(format!("cycle {number} is not supported")),
         }
+    }
+
+    /// Cycle 7: the axes that it names count from so far away, by `I` from the shift before.
+    fn shift_work(&mut self, block: &Block<'_>) -> Result<(), String> {
+        let mut shift = self.shift;
+        let axes = [("X", "IX"), ("Y", "IY"), ("Z", "IZ")];
+        for word in block.words.iter().skip(3) {
+            let axis = |name: &str| axes.iter().position(|(x, ix)| *x == name || *ix == name);
+            match (axis(word.name), word.value) {
+                (Some(axis), Some(value)) => {
+                    let from = if word.name.len() > 1 { shift[axis] } else { 0.0 };
+                    shift[axis] = from + self.mm(value);
+                }
+                // A title, or an axis that does not turn.
+                (None, None) if word.sign.is_none() && !is_of_motion(word.name) => {}
+                (None, Some(0.0)) if !word.name.is_empty() => {}
+                _ => {
+                    let what =
+                        "cycle 7 shifts or turns the work by what is no number along X, Y or Z";
+                    return Err(what.to_owned());
+                }
+            }
+        }
+        self.shift = shift;
+        Ok(())
+    }
+
+    /// The pecking of older controls: 1.0 begins it, 1.1 to 1.5 say the clearance, the depth, the
+    /// peck, the dwell and the feed (HEIDENHAIN, TNC 426 Conversational Programming, "Pecking").
+    fn pecking(&mut self, line: usize, number: f64, block: &Block<'_>) -> Result<(), String> {
+        if number == 1.0 {
+            self.cycle = Some(Cycle { number, line, values: HashMap::new() });
+            self.is_refused = false;
+            return Ok(());
+        }
+        let stated = block.words.iter().skip(3).rev().find(|word| word.value.is_some());
+        let (Some(word), Some(cycle)) = (stated, &mut self.cycle) else {
+            return Err(format!("cycle {number} without a number, or without its beginning"));
+        };
+        let name = match ((number - 1.0) * 10.0).round() as i64 {
+            1 => "clearance",
+            2 => "depth",
+            3 => "step",
+            4 => "dwell",
+            5 => "feed",
+            _ => return Err(format!("cycle {number} is not supported")),
+        };
+        if name == "feed" {
+            cycle.line = line;
+        }
+        cycle.values.insert(name.to_owned(), (word.value.unwrap_or(0.0), word.span));
+        Ok(())
+    }
+
+    /// From where the tool is, the clearance over the work.
+    fn peck(&mut self, line: usize, cycle: &Cycle) -> Result<(), String> {
+        /// How far over the last depth a peck stops; of deep holes a share of the depth. mm.
+        const OVER_PECK: f64 = 0.6;
+        const SHARE: f64 = 1.0 / 50.0;
+        const MOST: f64 = 7.0;
+        let get = |name: &str| {
+            let value = cycle.values.get(name).map(|(value, _)| *value);
+            value.ok_or_else(|| format!("cycle 1 has no {name}"))
+        };
+        let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
+        let clearance = self.mm(get("clearance")?).abs();
+        let depth = self.mm(get("depth")?).abs();
+        let (feed, span) = *cycle.values.get("feed").ok_or("cycle 1 has no feed")?;
+        if !(depth > 0.0 && feed > 0.0) {
+            return Err("cycle 1 needs a depth and a feed".to_owned());
+        }
+        self.cutter.log.states(cycle.line, span, States::Feed { value: feed });
+        let depths = pecks(-depth, self.mm(get("step")?).abs(), 0.0, 0.0);
+        let surface = at.z - clearance;
+        let hole = Hole {
+            clearance: at.z,
+            lifts: vec![None; depths.len()],
+            depths: depths.iter().map(|depth| surface + depth).collect(),
+            over_peck: (depth * SHARE).clamp(OVER_PECK, MOST),
+            retract: at.z,
+            feed: Pace::Feed(m_per_s_from_mm_per_min(self.mm_per_min(feed))),
+            out: Pace::Rapid,
+            dwell_s: get("dwell").unwrap_or(0.0),
+            dwell_peck_s: 0.0,
+            dwell_out_s: 0.0,
+        };
+        self.cutter.hole(line, Vector3::new(at.x, at.y, 0.0), Vector3::z(), &hole);
+        Ok(())
     }
 
     /// The Q words of a cycle: a number, and of feeds MAX or AUTO.
@@ -140,10 +233,13 @@ impl Reader<'_, '_> {
             return Ok(());
         }
         let cycle = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
+        if cycle.number == 1.0 {
+            return self.peck(line, &cycle);
+        }
         let get = |name: &str| cycle.values.get(name).map(|(value, _)| *value);
         let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));
         let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
-        let surface = self.mm(need("Q203")?);
+        let surface = self.mm(need("Q203")?) + self.shift.z;
         let clearance = surface + self.mm(need("Q200")?);
         let depth = self.mm(need("Q201")?);
         let second = surface + self.mm(get("Q204").unwrap_or(0.0));

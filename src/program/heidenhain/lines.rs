@@ -7,7 +7,7 @@ use super::{Reader, approach, is_of_motion, is_rapid};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::{Arc, Centre, Plane, centre_of};
-use crate::program::corner::Corner;
+use crate::program::corner::{Corner, Kind};
 use crate::program::log::States;
 use crate::units::{m_per_s_from_mm_per_min, rad_from_deg};
 
@@ -29,7 +29,7 @@ impl Reader<'_, '_> {
             [("X", "IX"), ("Y", "IY"), ("Z", "IZ")].into_iter().enumerate()
         {
             if let Some(value) = block.get(name) {
-                end[index] = Some(self.mm(value));
+                end[index] = Some(self.mm(value) + self.shift[index]);
             } else if let Some(by) = block.get(relative) {
                 let before = end[index].ok_or_else(|| format!("{relative} from no position"))?;
                 end[index] = Some(before + self.mm(by));
@@ -64,7 +64,13 @@ impl Reader<'_, '_> {
         let before = self.last_pace.replace(pace);
         let in_machine = block.all("M").any(|code| code == 91.0 || code == 92.0);
         let retracts = block.all("M").any(|code| code == 140.0);
-        if in_machine || retracts {
+        if retracts && let Some(by) = block.get("MB") {
+            let [Some(x), Some(y), Some(z)] = self.cutter.at else {
+                return Err("M140 from an unknown position".to_owned());
+            };
+            self.cutter.line_to(line, Vector3::new(x, y, z + self.mm(by)), pace);
+            self.heading = None;
+        } else if in_machine || retracts {
             let axes = ["X", "Y", "Z"].map(|axis| block.has(axis));
             let axes = if retracts { [false, false, true] } else { axes };
             self.cutter.leave(line, axes, if in_machine { "M91" } else { "M140" });
@@ -152,7 +158,8 @@ impl Reader<'_, '_> {
             None => pace,
         };
         let size = self.mm(size);
-        Ok(Some(Corner { is_round: name == "RND", size, line, to, pace, pace_in_corner }))
+        let kind = if name == "RND" { Kind::Round } else { Kind::OffLines };
+        Ok(Some(Corner { kind, size, line, to, pace, pace_in_corner }))
     }
 
     pub(super) fn plane(&self) -> Plane {

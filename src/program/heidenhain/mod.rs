@@ -1,19 +1,20 @@
 //! Heidenhain's conversational programs → motions, as milling posts write them.
 //!
-//! Read: L, CC with C and CP in planes of two axes, CR, CT, LP, RND and CHF between lines, APPR and
-//! DEP in X/Y, TOOL CALL, F, FMAX, M, drilling cycles
-//! 200, 201, 203, 205 and 206 with CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP.
-//! Q parameters that FN 0 sets stand for their numbers. Errors: others, other cycles, planes and
-//! shifts of the work. The preset is the job's work object.
+//! Read: L, CC with C and CP in planes of two axes, CR, CT, LP, RND and CHF between lines, APPR
+//! and DEP in X/Y, TOOL CALL, F, FMAX, M, drilling cycles 200, 201, 203, 205 and 206 with CYCL
+//! CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP. Q parameters that formulas
+//! and FN 0 to 8 set stand for their numbers, FN 9 to 12 jump, cycle 7 shifts the work. Errors:
+//! other parameters, cycles and planes. The preset is the job's work object.
 
 mod approach;
 mod block;
 mod cycle;
+mod formula;
 mod lines;
 
 use std::collections::HashMap;
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use super::arc::Plane;
 use super::corner::Corner;
@@ -85,6 +86,8 @@ struct Reader<'a, 't> {
     feed_of_tool: Option<Feed>,
     /// What FN 0 has set.
     parameters: Parameters,
+    /// Cycle 7: where the program's zero is in the work object, mm.
+    shift: Vector3<f64>,
     /// A line that RND or CHF cuts off.
     corner: Option<Corner>,
     /// Where the last element of the contour ends, which way it heads in X/Y.
@@ -124,6 +127,7 @@ impl<'a, 't> Reader<'a, 't> {
             is_refused: false,
             feed_of_tool: None,
             parameters: Parameters::new(),
+            shift: Vector3::zeros(),
             corner: None,
             heading: None,
             side: None,
@@ -146,9 +150,10 @@ impl<'a, 't> Reader<'a, 't> {
             }
             self.budget -= 1;
             let block = self.parsed(text);
+            let content = content(text.parts[0].1);
             self.ran[self.next] = true;
             self.next += 1;
-            if let Err(what) = self.block(line, &block) {
+            if let Err(what) = self.block(line, content, &block) {
                 self.cutter.log.error(Code::Motion, line, what);
             }
         }
@@ -169,7 +174,7 @@ impl<'a, 't> Reader<'a, 't> {
         if self.inches { mm_from_inch(length) } else { length }
     }
 
-    fn block(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+    fn block(&mut self, line: usize, text: &str, block: &Block<'_>) -> Result<(), String> {
         // `X+Q5` and `FQ5` of a Q5 that nothing has set.
         let is_unset = |word: &Word<'_>| {
             word.name.len() > 1 && (word.name.starts_with('Q') || word.name.ends_with('Q'))
@@ -178,13 +183,15 @@ impl<'a, 't> Reader<'a, 't> {
             && !matches!(block.name(0), "CYCL" | "TCH" | "FN" | "BEGIN" | "END")
             && !block.name(0).starts_with('Q')
         {
-            return Err("Q parameters in words are read only where FN 0 has set them".to_owned());
+            return Err(
+                "Q parameters in words are read only where the program has set them".to_owned()
+            );
         }
         if let Some(block) = without_handwheel(block) {
             let what =
                 "M118 lets the operator's handwheel shift the path: it is read as programmed";
             self.cutter.log.warning(Code::Assumed, line, what);
-            return self.block(line, &block);
+            return self.block(line, text, &block);
         }
         if parts_lines(block)
             && let Some(corner) = self.corner.take()
@@ -200,10 +207,15 @@ impl<'a, 't> Reader<'a, 't> {
                 self.has_end = true;
                 Ok(())
             }
-            "FN" if block.words.get(1).is_some_and(|of| of.value == Some(0.0)) => {
-                self.assign(block.words.get(2..).unwrap_or_default())
+            "FN" => {
+                let number = block.words.get(1).and_then(|word| word.value).unwrap_or(f64::NAN);
+                let (_, rest) = text.split_once(':').unwrap_or(("", ""));
+                match number {
+                    _ if (0.0..=8.0).contains(&number) || number == 13.0 => self.assign(rest),
+                    _ if (9.0..=12.0).contains(&number) => self.jump(rest),
+                    _ => Err("FN: FN 0 to 13 alone are supported".to_owned()),
+                }
             }
-            "FN" => Err("FN: of parameters and jumps FN 0 alone is supported".to_owned()),
             "TCH" => {
                 self.probe(line, block);
                 self.forget(block);
@@ -235,11 +247,14 @@ impl<'a, 't> Reader<'a, 't> {
             }
             "CALL" if block.name(1) == "LBL" => self.call(),
             "CALL" => Err("CALL PGM calls another program, which is not read".to_owned()),
-            "PLANE" if block.has("RESET") => Ok(()),
+            "PLANE" if block.has("RESET") || turns_nothing(block) => Ok(()),
             "PLANE" => Err("PLANE tilts the working plane and is not supported".to_owned()),
-            "TRANS" if block.has("RESET") => Ok(()),
+            "TRANS" if block.has("RESET") => {
+                self.shift = Vector3::zeros();
+                Ok(())
+            }
             "M" => self.m_codes(line, block, false),
-            name if name.starts_with('Q') => self.assign(&block.words),
+            name if name.starts_with('Q') => self.assign(text),
             name => Err(format!("'{name}' is not understood; motion may be lost")),
         }
     }
@@ -252,19 +267,48 @@ impl<'a, 't> Reader<'a, 't> {
         }
     }
 
-    /// `FN 0: Q2 = +68`, or `Q2 = 68`.
-    fn assign(&mut self, words: &[Word<'_>]) -> Result<(), String> {
-        let number = |word: &Word<'_>| word.name.strip_prefix('Q')?.parse::<u32>().ok();
-        let set = match words {
-            [word] => number(word).zip(word.value),
-            _ => None,
-        };
-        let (number, value) = set.ok_or("a Q parameter is set by a number or another alone")?;
+    /// `Q2 = Q1 + 68`, also behind `FN 1:`.
+    fn assign(&mut self, text: &str) -> Result<(), String> {
+        let (name, formula) = text.split_once('=').ok_or("a Q parameter without '='")?;
+        let digits = name.trim().strip_prefix(['Q', 'q']).unwrap_or("");
+        let number = digits.parse::<u32>();
+        let number = number.map_err(|_| format!("'{}' is no Q parameter", name.trim()))?;
+        let value = formula::value_of(formula, &self.parameters);
+        // What a formula that is not read would have set is not known.
+        self.parameters.remove(&number);
         if self.cycle.as_ref().is_some_and(|cycle| cycle.has(number)) {
             return Err(format!("Q{number} of a cycle that is defined is changed: not supported"));
         }
-        self.parameters.insert(number, value);
+        self.parameters.insert(number, value?);
         Ok(())
+    }
+
+    /// `IF +Q1 EQU +5 GOTO LBL 3`.
+    fn jump(&mut self, text: &str) -> Result<(), String> {
+        let wrong = "a jump is IF, two values with EQU, NE, GT or LT between, and GOTO LBL";
+        let (condition, label) = text.split_once("GOTO").ok_or(wrong)?;
+        let condition = condition.trim().strip_prefix("IF").ok_or(wrong)?;
+        let label = label.trim().strip_prefix("LBL").ok_or(wrong)?.trim();
+        let words = ["EQU", "NE", "GT", "LT"].into_iter();
+        let mut split = words.filter_map(|word| condition.split_once(word).map(|two| (word, two)));
+        let (word, (left, right)) = split.next().ok_or(wrong)?;
+        let left = formula::value_of(left, &self.parameters)?;
+        let right = formula::value_of(right, &self.parameters)?;
+        let is_true = match word {
+            "EQU" => left == right,
+            "NE" => left != right,
+            "GT" => left > right,
+            _ => left < right,
+        };
+        if is_true {
+            self.next = self.label(label)?;
+        }
+        Ok(())
+    }
+
+    fn label(&self, label: &str) -> Result<usize, String> {
+        let head = self.labels.get(label.trim_matches('"')).copied();
+        head.ok_or_else(|| format!("LBL {label} is not in this program"))
     }
 
     fn tool(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
@@ -400,8 +444,7 @@ impl<'a, 't> Reader<'a, 't> {
             }
             None => (rest, None),
         };
-        let head = self.labels.get(label.trim_matches('"')).copied();
-        let head = head.ok_or_else(|| format!("LBL {label} is not in this program"))?;
+        let head = self.label(label)?;
         match repeats {
             Some(count) => {
                 let left = self.repeats.entry(index).or_insert(count);
@@ -434,6 +477,11 @@ fn without_handwheel<'t>(block: &Block<'t>) -> Option<Block<'t>> {
     let behind = at + 1 + limits.count();
     let words = block.words[..at].iter().chain(&block.words[behind..]).copied().collect();
     Some(Block { words, quoted: block.quoted })
+}
+
+/// `PLANE SPATIAL SPA+0 SPB+0 SPC+0`.
+fn turns_nothing(block: &Block<'_>) -> bool {
+    ["SPA", "SPB", "SPC"].iter().all(|angle| block.get(angle) == Some(0.0))
 }
 
 /// Whether a block cannot stand between the two lines of a corner, which are drawn together.

@@ -199,7 +199,7 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
         ("G1 X1 A30", "axis A moves"),
         ("G93 G1 X5", "inverse time"),
         ("G1 X5,R2", "must lie between two lines"),
-        ("TRANS X5", "TRANS shifts"),
+        ("ROT Z5", "ROT shifts"),
         ("CYCLE800(0,\"\",0,57,0,0,0,0,45,0)", "CYCLE800 shifts"),
         ("G1 X1 F0", "F is 0"),
         ("G1 X1.2.3", "X has no number"),

@@ -5,7 +5,7 @@ use detune::motion::{Move, Target, Timing};
 use detune::notes::{Code, Note};
 use detune::program::{Dialect, Program, Spindle, read};
 
-use super::support::{assert_ends, at, ended, faults, settings};
+use super::support::{assert_ends, at, end, ended, faults, settings};
 
 /// Without the first move, which goes to where the path starts.
 fn of(text: &str, dialect: Dialect) -> Program {
@@ -88,7 +88,6 @@ fn arcs_in_planes_with_the_tool_axis() {
 #[test]
 fn the_blank_before_a_cycles_number_may_be_missing() {
     for shift in [
-        "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF7.1 X+10",
         "CYCL DEF 10.0 ROTATION\nCYCL DEF10.1 ROT+10",
         "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF8.1 X",
         "CYCL DEF7.0 DATUM SHIFT\nCYCL DEF7.1 #5",
@@ -97,6 +96,8 @@ fn the_blank_before_a_cycles_number_may_be_missing() {
         refused(&conversational(shift), Dialect::Heidenhain, "shifts or turns the work");
     }
     assert_eq!(heidenhain("CYCL DEF7.0 DATUM SHIFT\nCYCL DEF7.1 X+0").moves.len(), 2);
+    let shifted = heidenhain("CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF7.1 X+10\nL X+40");
+    assert_eq!(end(shifted.moves.last().unwrap()).1.translation.x, 0.05);
     // A subprogram ends at LBL0, too.
     let text = conversational("CALL LBL1\nM30\nLBL1\nL X+5\nLBL0\nL X+99");
     assert_eq!(of(&text, Dialect::Heidenhain).moves.len(), 2);
@@ -255,12 +256,12 @@ fn words_of_sinumerik() {
     refused(&text("CYCLE800(0,\"TC1\",0,57)"), Dialect::Sinumerik, "CYCLE800 shifts or turns");
     assert_eq!(reads("N40 PART_2:\nPART_3: G1 X5 F100"), 2);
     assert_eq!(reads("TRANS X0 Y0 Z0\nAROT Z0"), 1);
-    refused(&text("TRANS X0 Y5"), Dialect::Sinumerik, "TRANS shifts or turns");
+    assert_eq!(reads("TRANS X0 Y5"), 1);
     refused(&text("TRANS X0 Y0 G0"), Dialect::Sinumerik, "TRANS shifts or turns");
     refused(&text("TRANS X0 Y0 Z50 :"), Dialect::Sinumerik, "not understood");
     refused(&text("SCALE X0"), Dialect::Sinumerik, "SCALE shifts or turns");
-    refused(&text("IF R1==0 GOTOF PART_2"), Dialect::Sinumerik, "Sinumerik's");
-    refused(&text("REPEAT PART_2"), Dialect::Sinumerik, "REPEAT: Sinumerik's repeats");
+    refused(&text("IF R1==0 GOTOF PART_2"), Dialect::Sinumerik, "R1 is read");
+    refused(&text("REPEAT PART_2"), Dialect::Sinumerik, "no label PART_2");
 }
 
 const FRAME: &str = "UF : 1, UT : 1,		CONFIG : 'N U T, 0, 0, 0',";

@@ -1,6 +1,6 @@
 //! Sinumerik's drilling cycles and helices of several turns.
 
-use detune::notes::Note;
+use detune::notes::{Code, Note};
 use detune::program::{Dialect, Program, read};
 
 use super::support::{assert_ends, end, settings};
@@ -138,4 +138,79 @@ fn helices_turn_as_often_as_they_say() {
         assert!((found - expected).abs() < 1e-3, "{word}: {found}°");
     }
     refused("G0 X10\nG3 X0 Y10 I-10 J0 TURN=1.5\n", "whole number of turns");
+}
+
+/// Ends of lines in X alone, mm.
+fn xs(text: &str) -> Vec<f64> {
+    let program = run(text).unwrap();
+    program.moves[1..].iter().map(|each| end(each).1.translation.x * 1000.0).collect()
+}
+
+#[track_caller]
+fn assert_xs(text: &str, expected: &[f64]) {
+    let found = xs(text);
+    let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(found.len() == expected.len() && off < 1e-9, "{text}: {found:?}");
+}
+
+#[test]
+fn jumps_conditions_and_loops() {
+    assert_xs("R1=0\nLOOP1:\nR1=R1+1\nG1 X=R1*10\nIF R1<3 GOTOB LOOP1\n", &[10.0, 20.0, 30.0]);
+    assert_xs("GOTOF N90\nG1 X1\nN90 G1 X2\n", &[2.0]);
+    assert_xs("R1=1\nN10 G1 X=R1\nR1=R1+1\nIF (R1<=2) AND (R1<>5) GOTO N10\n", &[1.0, 2.0]);
+    let branch =
+        |r: f64| format!("R1={r}\nIF R1==1\nG1 X1\nELSE\nIF R1>4\nG1 X5\nENDIF\nENDIF\nX9\n");
+    assert_xs(&branch(1.0), &[1.0, 9.0]);
+    assert_xs(&branch(2.0).replace("X9", "G1 X9"), &[9.0]);
+    assert_xs(&branch(7.0), &[5.0, 9.0]);
+    assert_xs("DEF INT I\nFOR I = 1 TO 3\nG1 X=I*2\nENDFOR\nX9\n", &[2.0, 4.0, 6.0, 9.0]);
+    assert_xs("FOR R1=3 TO 1\nG1 X5\nENDFOR\nG1 X9\n", &[9.0]);
+    assert_xs("R1=2\nWHILE R1>0\nG1 X=R1\nR1=R1-1\nENDWHILE\n", &[2.0, 1.0]);
+    assert_xs("R1=0\nREPEAT\nR1=R1+1\nG1 X=R1\nUNTIL R1>=2\n", &[1.0, 2.0]);
+    assert_xs(
+        "R1=0\nLOOP\nR1=R1+1\nG1 X=R1\nIF R1==2 GOTOF OUT\nENDLOOP\nOUT: X9\n",
+        &[1.0, 2.0, 9.0],
+    );
+    // Once, and twice again.
+    assert_xs("G91\nPART:\nG1 X1\nREPEAT PART P=2\n", &[1.0, 2.0, 3.0]);
+    assert_xs("END: G1 X4\n", &[4.0]);
+    // Whole numbers are rounded.
+    assert_xs("DEF INT _n\n_n = 2.6\nG1 X=_n\n", &[3.0]);
+    refused("LOOP\nENDLOOP\n", "too long");
+    refused("IF R1>2\nG1 X1\nENDIF\n", "R1 is read");
+    refused("R1=1\nIF R1>0\nG1 X1\n", "IF is not closed");
+    refused("GOTOB NOWHERE\nG1 X1\n", "NOWHERE is not there");
+    refused("G1 X1\nREPEAT PART P=2\n", "no label PART");
+    refused("CASE R1 OF 1 GOTOF A\n", "CASE is not supported");
+    refused("G1 X1\nPOCKET_A\n", "calls a subprogram");
+}
+
+#[test]
+fn words_as_posts_write_them() {
+    // NX has a mark of its own behind the header, Autodesk's post blanks round '='.
+    let text = "%_N_PART_MPF\n%\nN10 G710 G90\nDEF REAL _ZHOME, _F\n_ZHOME = 20\n_F = 90\n\
+                N20 G0 X0 Y0 Z = _ZHOME\nG1 X = 5 F = _F\nG0 SUPA Z=_Z_CHANGE D0\nM30\n";
+    let program = read(text.as_bytes(), Dialect::Sinumerik, &settings()).unwrap();
+    assert_ends(&program, &[('L', [0.0, 0.0, 20.0]), ('L', [5.0, 0.0, 20.0])]);
+    assert!((program.moves[1].feed_m_per_s - 0.0015).abs() < 1e-12);
+    refused("G0 Z=_Z_CHANGE\n", "'_z_change' is read");
+    assert_xs("CTOL=0.01 DYNFINISH SPOS=90\nG1 X3 A=DC(0)\n", &[3.0]);
+    // The zero is moved, and moved on, and back.
+    assert_xs("TRANS X10\nG1 X1\nATRANS X5\nX1\nTRANS\nX1\n", &[11.0, 16.0, 1.0]);
+    refused("TRANS X10 ROT Z5\nG1 X1\n", "shifts or turns");
+    // Skipped from a place in the block on, where the operator says so.
+    let skipped = run("G1 X3 /M8\n").unwrap();
+    assert!(skipped.warnings.iter().any(|note| note.code == Code::MotionLeftOut));
+    // A chamfer of 4 mm at a right angle takes 2 √2 off each line.
+    let program = run("G1 X10 CHF=4\nY10\n").unwrap();
+    let off = 8.0_f64.sqrt();
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0, 0.0, 50.0]),
+            ('L', [10.0 - off, 0.0, 50.0]),
+            ('L', [10.0, off, 50.0]),
+            ('L', [10.0, 10.0, 50.0]),
+        ],
+    );
 }

@@ -1,4 +1,5 @@
-//! Heidenhain's corners, tangential arcs, ways onto a contour and off it, and its cycles 205 to 207.
+//! Heidenhain's corners, tangential arcs, ways onto a contour and off it, its cycles 1, 7 and 205 to 207, and Q
+//! parameters.
 //!
 //! Where the figures are not plain they are not worked out as the reader does: arcs are held to lie
 //! at their radius from their centre, to begin and end across it, and to go the right way round.
@@ -241,4 +242,69 @@ fn deep_holes_and_taps() {
         assert!(told.contains(&Code::SpindleCommand), "{told:?}");
         assert_eq!(at(&program.warnings[0]), 5);
     }
+}
+
+/// The pecking of older controls: from where the tool is, 2 mm over the work.
+#[test]
+fn pecking_of_older_controls() {
+    let cycle = "CYCL DEF 1.0 TIEFBOHREN\nCYCL DEF 1.1 ABST -2.000\nCYCL DEF 1.2 TIEFE -10.000\n\
+                 CYCL DEF 1.3 ZUSTLG -4.000\nCYCL DEF 1.4 VZEIT 0,000\nCYCL DEF 1.5 F 100\n";
+    let program = run(&format!("{cycle}L X+5.000 Y+5.000 Z+2 R0 FMAX M99\n")).unwrap();
+    let z: Vec<f64> = places(&program)[1..].iter().map(|(_, at)| at.z).collect();
+    let expected = [2.0, -4.0, 2.0, -3.4, -8.0, 2.0, -7.4, -10.0, 2.0];
+    assert_eq!(z.len(), expected.len(), "{z:?}");
+    z.iter().zip(expected).for_each(|(found, expected)| close(*found, expected));
+    close(program.moves[2].feed_m_per_s * 6e4, 100.0);
+    // Of a cycle that is not read, one error.
+    let slot = "CYCL DEF 3.0 SLOT\nCYCL DEF 3.1 SET UP -2\nCYCL DEF 3.2 DEPTH -20\nL X+5 F100\n";
+    assert_eq!(run(slot).unwrap_err().len(), 1);
+}
+
+#[test]
+fn the_work_may_be_shifted() {
+    let program = run(
+        "CYCL DEF 7.0 NULLPUNKT\nCYCL DEF 7.1 X+50\nCYCL DEF 7.2 Y-10\nL X+1 Y+1 F300\nL IX+5\n\
+         CC X+0 Y+0\nLP PR+10 PA+0\nCYCL DEF 7.1 IX+5\nL X+0\nCYCL DEF 7.0 DATUM SHIFT X+0 Y+0\nL X+1 Y+1\n",
+    )
+    .unwrap();
+    let expected: [[f64; 2]; 5] =
+        [[51.0, -9.0], [56.0, -9.0], [60.0, -10.0], [55.0, -10.0], [1.0, 1.0]];
+    for ((_, found), expected) in places(&program)[1..].iter().zip(expected) {
+        close((found.xy() - Vector2::from(expected)).norm(), 0.0);
+    }
+}
+
+#[test]
+fn parameters_are_computed_and_decide() {
+    // Down by 3 mm a pass, three passes in all.
+    let program = run("Q22 = - 3\nFN 1: Q1 = +Q22 + +1\nLBL 2\nL Z+Q22 F300\nQ22 = Q22 - 3\n\
+         FN 11: IF +Q22 GT -10 GOTO LBL 2\nL Z+Q1\n")
+    .unwrap();
+    let z: Vec<f64> = places(&program)[1..].iter().map(|(_, at)| at.z).collect();
+    assert_eq!(z.len(), 4, "{z:?}");
+    z.iter().zip([-3.0, -6.0, -9.0, -2.0]).for_each(|(found, expected)| close(*found, expected));
+    // What a formula that is not read would have set is not known.
+    refused("Q1 = 5\nQ1 = FOO 5\nL X+Q1 F300\n", "Q parameters in words");
+    refused("LBL 2\nL X+1 F300\nFN 9: IF +1 EQU +1 GOTO LBL 2\n", "too long");
+}
+
+#[test]
+fn words_as_posts_write_them() {
+    // Blanks before numbers, a plane that does not tilt, a way back of 20 mm, a cycle without `~`.
+    let text = "BEGIN PGM A MM\nTOOL CALL 1 Z S 1500,000\nPLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY\n\
+                L X+0 Y+0 Z+10 R0 FMAX M3\nCYCL DEF 200 DRILLING\n  Q200=2 ;SET-UP\n  Q201=-5\n  Q206=150\n\
+                Q203=+0\n7 L X+15 R0 FMAX M99\nL M140 MB 20 FMAX\nL M140 MB MAX\nEND PGM A MM\n";
+    let program = read(text.as_bytes(), Dialect::Heidenhain, &settings()).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0, 0.0, 10.0]),
+            ('L', [15.0, 0.0, 10.0]),
+            ('L', [15.0, 0.0, 2.0]),
+            ('L', [15.0, 0.0, -5.0]),
+            ('L', [15.0, 0.0, 2.0]),
+            ('L', [15.0, 0.0, 22.0]),
+        ],
+    );
+    assert_eq!(program.spindle[0].spindle, detune::program::Spindle::Turns(Some(1500.0)));
 }

@@ -1,0 +1,123 @@
+//! A call of Sinumerik's drilling cycles → its hole.
+
+use nalgebra::Vector3;
+
+use super::siemens::{Cycle, DrillingCall};
+use super::state::Machine;
+use crate::program::Pace;
+use crate::program::arc::Plane;
+use crate::program::cutter::{Feed, FeedKind, Hole};
+use crate::program::log::States;
+use crate::units::hz_from_rpm;
+
+/// How far the drill goes back to break chips where the call has no _VRT, mm.
+const CHIP_BREAK_MM: f64 = 1.0;
+
+/// How far over the last depth a peck stops where the call has no _DIS1: so much, of deep holes a
+/// share of the depth, mm.
+const PECK_CLEARANCE_MM: f64 = 0.6;
+const PECK_CLEARANCE_SHARE: f64 = 1.0 / 50.0;
+const MOST_PECK_CLEARANCE_MM: f64 = 7.0;
+
+impl Machine<'_> {
+    /// A hole where the tool is.
+    pub(super) fn drill_call(&mut self, line: usize, call: &DrillingCall) -> Result<(), String> {
+        self.no_corner()?;
+        let Plane([.., w]) = self.plane;
+        if self.rotary.moves_work() || self.cutter.feed.kind == FeedKind::InverseTime {
+            return Err("a cycle in inverse time or on turned work is not supported".to_owned());
+        }
+        let place = self.cutter.place().ok_or("a cycle from an unknown position")?;
+        let need =
+            |at: usize, name: &str| call.get(at).ok_or_else(|| format!("the cycle has no {name}"));
+        let surface = need(1, "RFP")?;
+        let back = need(0, "RTP")?;
+        let clearance = need(2, "SDIS")?.abs();
+        let depth = call.depth([3, 4], call.mode(0), surface)?;
+        let depth = surface - depth.ok_or("the cycle has no DP and no DPR")?;
+        if !(depth > 0.0 && back >= surface) {
+            return Err(format!(
+                "the bottom must lie {depth} mm below RFP, and RTP ({back}) not below it"
+            ));
+        }
+        let shank = match call.cycle {
+            Cycle::Drill => 6,
+            Cycle::Peck => 17,
+            Cycle::Ream => 8,
+        };
+        if call.get(shank).is_some_and(|mode| mode != 0.0) {
+            return Err("a depth to the drill's shank is not supported".to_owned());
+        }
+        let feed = self.cutter.pace()?;
+        let of_words = |own: &Self, at: usize| {
+            let value = call.get(at).filter(|feed| *feed > 0.0);
+            let value = value.map(|feed| own.mm(feed));
+            let pace = value.map(|_| own.cutter.pace_of(Feed { value, ..own.cutter.feed }));
+            pace.transpose()
+        };
+        let (feed, out) = match call.cycle {
+            Cycle::Ream => {
+                let [own, out] = [6, 7].map(|at| of_words(self, at));
+                for value in [6, 7].into_iter().filter_map(|at| call.get(at)) {
+                    self.cutter.log.states(line, None, States::Feed { value });
+                }
+                let feed = own?.unwrap_or(feed);
+                (feed, out?.unwrap_or(feed))
+            }
+            _ => (feed, Pace::Rapid),
+        };
+        let dwell = |at: usize, digit: i32| self.dwell_of(call, at, digit);
+        let (mut dwell_s, mut dwell_peck_s, mut dwell_out_s) = (dwell(5, 1)?, 0.0, 0.0);
+        let (mut depths, mut lift, mut over_peck) = (vec![depth], None, 0.0);
+        if call.cycle == Cycle::Peck {
+            if call.get(10).is_some_and(|factor| factor != 0.0 && factor != 1.0) {
+                return Err("FRF, a feed of its own for the first depth, is not supported".into());
+            }
+            let first = call.depth([5, 6], call.mode(4), surface)?;
+            let first = surface - first.ok_or("the cycle has no FDEP and no FDPR")?;
+            depths = call.pecks(depth, first)?;
+            (dwell_peck_s, dwell_out_s) = (dwell(8, 1)?, dwell(9, 2)?);
+            dwell_s = match dwell(15, 3)? {
+                own if own > 0.0 => own,
+                _ => dwell_peck_s,
+            };
+            let given = |at: usize| call.get(at).filter(|length| *length > 0.0);
+            // VARI 0 breaks chips, 1 takes them out.
+            lift = (call.get(11).unwrap_or(0.0) == 0.0)
+                .then(|| given(14).map_or(CHIP_BREAK_MM, |back| self.mm(back)));
+            let own = (self.mm(depth) * PECK_CLEARANCE_SHARE)
+                .clamp(PECK_CLEARANCE_MM, MOST_PECK_CLEARANCE_MM);
+            over_peck = given(16).map_or(own, |distance| self.mm(distance));
+        }
+        let origin = self.shift.total()[w];
+        let [surface, back, clearance] = [surface, back, clearance].map(|length| self.mm(length));
+        let hole = Hole {
+            clearance: origin + surface + clearance,
+            lifts: vec![lift; depths.len()],
+            depths: depths.iter().map(|depth| origin + surface - self.mm(*depth)).collect(),
+            over_peck,
+            retract: origin + back,
+            feed,
+            out,
+            dwell_s,
+            dwell_peck_s,
+            dwell_out_s,
+        };
+        let mut over = place;
+        over[w] = 0.0;
+        self.cutter.hole(line, over, Vector3::ith(w, 1.0), &hole);
+        Ok(())
+    }
+
+    /// Seconds, or turns of the spindle where the value is negative or the mode says so.
+    fn dwell_of(&self, call: &DrillingCall, at: usize, digit: i32) -> Result<f64, String> {
+        let value = call.get(at).unwrap_or(0.0);
+        if value == 0.0 || !(value < 0.0 || call.mode(digit) == 2) {
+            return Ok(value);
+        }
+        match self.cutter.rpm {
+            Some(rpm) if rpm > 0.0 => Ok(value.abs() / hz_from_rpm(rpm)),
+            _ => Err("a dwell in turns, but the spindle's speed is not known".to_owned()),
+        }
+    }
+}

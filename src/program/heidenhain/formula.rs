@@ -1,0 +1,219 @@
+//! What Q parameters are set to: formulas, and the functions FN 0 to FN 8 and FN 13 (HEIDENHAIN,
+//! TNC 640 Conversational Programming, "Programming Q parameters").
+
+use super::block::Parameters;
+use crate::units::{deg_from_rad, rad_from_deg};
+
+/// Terms in one another beyond this are refused.
+const MAX_DEPTH: usize = 40;
+
+/// The value of a formula. Decimal commas are points.
+pub(super) fn value_of(text: &str, known: &Parameters) -> Result<f64, String> {
+    let mut reader = Formula { bytes: text.as_bytes(), at: 0, known, depth: 0 };
+    let value = reader.sum()?;
+    match reader.peek() {
+        None if value.is_finite() => Ok(value),
+        None => Err("the formula has no finite result".to_owned()),
+        Some(byte) => Err(format!("'{}' is not understood in a formula", char::from(byte))),
+    }
+}
+
+struct Formula<'t> {
+    bytes: &'t [u8],
+    at: usize,
+    known: &'t Parameters,
+    depth: usize,
+}
+
+impl Formula<'_> {
+    fn peek(&mut self) -> Option<u8> {
+        while self.bytes.get(self.at).is_some_and(u8::is_ascii_whitespace) {
+            self.at += 1;
+        }
+        self.bytes.get(self.at).map(u8::to_ascii_uppercase)
+    }
+
+    fn take(&mut self, byte: u8) -> bool {
+        let found = self.peek() == Some(byte);
+        self.at += usize::from(found);
+        found
+    }
+
+    fn letters(&mut self) -> String {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let word = rest.iter().take_while(|byte| byte.is_ascii_alphabetic());
+        let word: String = word.map(|byte| char::from(byte.to_ascii_uppercase())).collect();
+        self.at += word.len();
+        word
+    }
+
+    fn sum(&mut self) -> Result<f64, String> {
+        let mut value = self.product()?;
+        loop {
+            match self.peek() {
+                Some(b'+') => {
+                    self.at += 1;
+                    value += self.product()?;
+                }
+                Some(b'-') => {
+                    self.at += 1;
+                    value -= self.product()?;
+                }
+                _ => return Ok(value),
+            }
+        }
+    }
+
+    fn product(&mut self) -> Result<f64, String> {
+        let mut value = self.power()?;
+        loop {
+            let before = self.at;
+            let operator = match self.peek() {
+                Some(b'*') => {
+                    self.at += 1;
+                    "*".to_owned()
+                }
+                Some(b'/') => {
+                    self.at += 1;
+                    "DIV".to_owned()
+                }
+                Some(byte) if byte.is_ascii_alphabetic() => self.letters(),
+                _ => return Ok(value),
+            };
+            if !matches!(operator.as_str(), "*" | "DIV" | "LEN" | "ANG") {
+                self.at = before;
+                return Ok(value);
+            }
+            let by = self.power()?;
+            value = match operator.as_str() {
+                "*" => value * by,
+                "DIV" if by == 0.0 => return Err("division by zero".to_owned()),
+                "DIV" => value / by,
+                "LEN" => value.hypot(by),
+                // FN 13: of the first over the second, from 0 to 360.
+                _ => deg_from_rad(value.atan2(by)).rem_euclid(360.0),
+            };
+        }
+    }
+
+    fn power(&mut self) -> Result<f64, String> {
+        let base = self.term()?;
+        if self.take(b'^') { Ok(base.powf(self.deeper(Self::power)?)) } else { Ok(base) }
+    }
+
+    fn deeper(&mut self, inner: fn(&mut Self) -> Result<f64, String>) -> Result<f64, String> {
+        if self.depth >= MAX_DEPTH {
+            return Err("the formula is nested too deep".to_owned());
+        }
+        self.depth += 1;
+        let found = inner(self);
+        self.depth -= 1;
+        found
+    }
+
+    fn term(&mut self) -> Result<f64, String> {
+        match self.peek() {
+            Some(b'-') => {
+                self.at += 1;
+                self.deeper(Self::term).map(|value| -value)
+            }
+            Some(b'+') => {
+                self.at += 1;
+                self.deeper(Self::term)
+            }
+            Some(b'(') => {
+                self.at += 1;
+                let value = self.deeper(Self::sum)?;
+                if self.take(b')') { Ok(value) } else { Err("expected ')' in a formula".into()) }
+            }
+            Some(byte) if byte.is_ascii_digit() || matches!(byte, b'.' | b',') => self.number(),
+            Some(byte) if byte.is_ascii_alphabetic() => self.named(),
+            _ => Err("expected a number in a formula".to_owned()),
+        }
+    }
+
+    fn number(&mut self) -> Result<f64, String> {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let digits = rest.iter().take_while(|b| b.is_ascii_digit() || matches!(b, b'.' | b','));
+        let text: String = digits.map(|b| if *b == b',' { '.' } else { char::from(*b) }).collect();
+        self.at += text.len();
+        text.parse().map_err(|_| format!("'{text}' is no number"))
+    }
+
+    /// A parameter or a function.
+    fn named(&mut self) -> Result<f64, String> {
+        let name = self.letters();
+        let function: fn(f64) -> f64 = match name.as_str() {
+            "Q" => return self.parameter(),
+            "PI" => return Ok(std::f64::consts::PI),
+            "SIN" => |x| rad_from_deg(x).sin(),
+            "COS" => |x| rad_from_deg(x).cos(),
+            "TAN" => |x| rad_from_deg(x).tan(),
+            "ASIN" => |x| deg_from_rad(x.asin()),
+            "ACOS" => |x| deg_from_rad(x.acos()),
+            "ATAN" => |x| deg_from_rad(x.atan()),
+            "SQ" => |x| x * x,
+            "SQRT" => f64::sqrt,
+            "LN" => f64::ln,
+            "LOG" => f64::log10,
+            "EXP" => f64::exp,
+            "NEG" => |x| -x,
+            "INT" => f64::trunc,
+            "FRAC" => f64::fract,
+            "ABS" => f64::abs,
+            _ => return Err(format!("'{name}' is not understood in a formula")),
+        };
+        let value = function(self.deeper(Self::term)?);
+        if value.is_finite() { Ok(value) } else { Err(format!("{name} has no finite result")) }
+    }
+
+    fn parameter(&mut self) -> Result<f64, String> {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let digits = rest.iter().take_while(|byte| byte.is_ascii_digit());
+        let digits: String = digits.map(|byte| char::from(*byte)).collect();
+        self.at += digits.len();
+        let known = digits.parse().ok().and_then(|number: u32| self.known.get(&number));
+        known.copied().ok_or_else(|| format!("Q{digits} is read, and the program has not set it"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formulas_as_the_manual_has_them() {
+        let known = Parameters::from([(1, 10.0), (2, -4.0), (12, 3.5)]);
+        for (text, expected) in [
+            ("Q1 - 3", 7.0),
+            ("- 3", -3.0),
+            ("-Q2 + -5", -1.0),
+            ("5 * 3 + 2 * Q1", 35.0),
+            ("SQ Q1 - 3 ^ 3", 73.0),
+            ("( Q1 + 2 ) / Q2", -3.0),
+            ("+4 DIV +Q2", -1.0),
+            ("+3 LEN +4", 5.0),
+            ("+10 ANG -Q1", 135.0),
+            ("SQRT 16 * SIN 30", 2.0),
+            ("INT Q12 + FRAC Q12", 3.5),
+            ("NEG ( ABS Q2 )", -4.0),
+            ("1,5 * PI", 1.5 * std::f64::consts::PI),
+        ] {
+            let found = value_of(text, &known).unwrap();
+            assert!((found - expected).abs() < 1e-12, "{text}: {found}");
+        }
+        for (text, said) in [
+            ("Q3 + 1", "Q3 is read"),
+            ("1 / 0", "division by zero"),
+            ("( 1", "expected ')'"),
+            ("1 )", "')' is not understood"),
+            ("FOO 1", "'FOO'"),
+            ("SQRT -1", "no finite"),
+            ("1.2.3", "no number"),
+        ] {
+            let why = value_of(text, &known).unwrap_err();
+            assert!(why.contains(said), "{text}: {why}");
+        }
+        assert!(value_of(&"(".repeat(100_000), &known).is_err());
+    }
+}
