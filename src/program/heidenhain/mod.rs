@@ -213,7 +213,9 @@ impl<'a, 't> Reader<'a, 't> {
                 match number {
                     _ if (0.0..=8.0).contains(&number) || number == 13.0 => self.assign(rest),
                     _ if (9.0..=12.0).contains(&number) => self.jump(rest),
-                    _ => Err("FN: FN 0 to 13 alone are supported".to_owned()),
+                    // Prints.
+                    _ if number == 16.0 => Ok(()),
+                    _ => Err("FN: FN 0 to 13 and 16 alone are supported".to_owned()),
                 }
             }
             "TCH" => {
@@ -247,7 +249,11 @@ impl<'a, 't> Reader<'a, 't> {
             }
             "CALL" if block.name(1) == "LBL" => self.call(),
             "CALL" => Err("CALL PGM calls another program, which is not read".to_owned()),
-            "PLANE" if block.has("RESET") || turns_nothing(block) => Ok(()),
+            "PLANE" if block.has("RESET") || turns_nothing(block) => {
+                // The angles of the rotary axes that it works out.
+                self.parameters.extend((120..=122).map(|number| (number, 0.0)));
+                Ok(())
+            }
             "PLANE" => Err("PLANE tilts the working plane and is not supported".to_owned()),
             "TRANS" if block.has("RESET") => {
                 self.shift = Vector3::zeros();

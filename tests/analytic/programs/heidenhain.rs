@@ -69,7 +69,7 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
         ("PLANE SPATIAL SPA+45", "PLANE tilts"),
         ("FN 9: IF +0 EQU +0 GOTO LBL 5", "LBL 5 is not in this program"),
         ("FN 9: IF +0 GOTO LBL 5", "a jump is IF"),
-        ("FN 18: SYSREAD Q5 = ID20", "FN 0 to 13 alone"),
+        ("FN 18: SYSREAD Q5 = ID20", "FN 0 to 13 and 16 alone"),
         ("Q5 = Q6 + 1", "Q6 is read"),
         ("CYCL DEF 1.2 TIEFE -5", "without its beginning"),
         ("PLANE SPATIAL SPA+0 SPB+0 SPC+5", "PLANE tilts"),

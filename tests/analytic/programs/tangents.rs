@@ -292,7 +292,7 @@ fn parameters_are_computed_and_decide() {
 fn words_as_posts_write_them() {
     // Blanks before numbers, a plane that does not tilt, a way back of 20 mm, a cycle without `~`.
     let text = "BEGIN PGM A MM\nTOOL CALL 1 Z S 1500,000\nPLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY\n\
-                L X+0 Y+0 Z+10 R0 FMAX M3\nCYCL DEF 200 DRILLING\n  Q200=2 ;SET-UP\n  Q201=-5\n  Q206=150\n\
+                L A+Q120 C+Q122 FMAX\nL X+0 Y+0 Z+10 R0 FMAX M3\nCYCL DEF 200 DRILLING\n  Q200=2 ;SET-UP\n  Q201=-5\n  Q206=150\n\
                 Q203=+0\n7 L X+15 R0 FMAX M99\nL M140 MB 20 FMAX\nL M140 MB MAX\nEND PGM A MM\n";
     let program = read(text.as_bytes(), Dialect::Heidenhain, &settings()).unwrap();
     assert_ends(
