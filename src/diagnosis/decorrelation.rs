@@ -8,7 +8,7 @@
 
 use nalgebra::DMatrix;
 
-/// Powers of the order of the rows that a drift has.
+/// Highest power of the order of the rows that a drift has.
 const POWERS: usize = 3;
 
 /// The shape of the noise, over the scale of single frequencies.
@@ -97,8 +97,9 @@ impl Decorrelation {
             self.rows_out_of(&mut column);
             column
         };
-        let columns: Vec<Vec<f64>> = (1..=POWERS).map(column).collect();
-        let z = DMatrix::from_fn(points.len(), POWERS, |i, k| columns[k][i]);
+        // What drifts by so much may have been off by as much before the first row.
+        let columns: Vec<Vec<f64>> = (0..=POWERS).map(column).collect();
+        let z = DMatrix::from_fn(points.len(), columns.len(), |i, k| columns[k][i]);
         let eigen = z.tr_mul(&z).symmetric_eigen();
         for (k, &square) in eigen.eigenvalues.iter().enumerate() {
             if square <= 1e-12 {
@@ -169,6 +170,7 @@ impl Decorrelation {
 
 fn legendre(power: usize, x: f64) -> f64 {
     match power {
+        0 => 1.0,
         1 => x,
         2 => 0.5 * (3.0 * x * x - 1.0),
         _ => 0.5 * (5.0 * x * x * x - 3.0 * x),
@@ -197,7 +199,7 @@ mod tests {
             let same_row = f64::from(u8::from(shaped.points[i].row == shaped.points[j].row));
             let own = if i == j { unit(i) * unit(i) } else { 0.0 };
             let drift: f64 =
-                (1..=POWERS).map(|k| legendre(k, place(i)) * legendre(k, place(j))).sum();
+                (0..=POWERS).map(|k| legendre(k, place(i)) * legendre(k, place(j))).sum();
             own + same_row * 2.25 + 9.0 * drift
         });
         // |C r|² in units of the noise must be rᵀ Σ⁻¹ r.

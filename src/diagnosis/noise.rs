@@ -3,6 +3,7 @@
 use super::data::Data;
 use super::decorrelation::NoiseShape;
 use super::likelihood::noise;
+use crate::statistics::median;
 
 /// Scale of the common part and of the drift over that of single frequencies that are tried.
 const TRIED: [f64; 7] = [0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
@@ -17,10 +18,20 @@ const BETTER_BY: f64 = 5.0;
 /// alone does about as well.
 pub(super) fn shape_of(data: &Data, residuals: &[Option<f64>]) -> Option<NoiseShape> {
     let n = data.points.len() as f64;
+    // A cause may set all frequencies off alike: that says nothing of the noise.
+    let known: Vec<f64> = residuals.iter().flatten().copied().collect();
+    let middle = median(known).unwrap_or(0.0);
+    let residuals: Vec<Option<f64>> =
+        residuals.iter().map(|own| own.map(|residual| residual - middle)).collect();
+    let residuals = &residuals[..];
     let evidence = |shape: &NoiseShape| -> f64 {
         let shaped = data.shaped(shape.clone());
         let innovations = shaped.decorrelation.of_residuals(residuals);
-        noise(&shaped.points, &innovations).ln_likelihood + shaped.decorrelation.ln_determinant
+        // Without its middle, what a drift was off by before the first row costs nothing.
+        let free = 0.5 * (n * shape.drift.powi(2)).ln_1p();
+        noise(&shaped.points, &innovations).ln_likelihood
+            + shaped.decorrelation.ln_determinant
+            + free
             - shape.cost
     };
     let plain = evidence(&NoiseShape::plain());
