@@ -3,8 +3,8 @@
 //! A statement is `MAJOR/minor,…`, in any case; `$` at the end of a line continues it, `$$` starts
 //! a comment. Lengths are in mm unless UNITS or UNIT says otherwise. The job's work object stands
 //! for the first coordinate system (MSYS, CSYS, MCS); whether coordinates behind another are in it
-//! or in the first the job says. Words that may move the tool, or change speed, feed, frame or tool,
-//! and are not known are errors; those that do not are listed in `words`.
+//! or in the first the job says. Words that may move the tool, or change speed, feed, frame or
+//! tool, and are not known are errors; those that do not are listed in `words`.
 
 mod arcs;
 mod cycles;
