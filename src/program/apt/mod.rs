@@ -2,9 +2,9 @@
 //!
 //! A statement is `MAJOR/minor,…`, in any case; `$` at the end of a line continues it, `$$` starts
 //! a comment. Lengths are in mm unless UNITS or UNIT says otherwise. The job's work object stands
-//! for the first coordinate system (MSYS, CSYS); whether coordinates behind another are in it or in
-//! the first the job says. Words that may move the tool, or change speed, feed, frame or tool, and
-//! are not known are errors; those that do not are listed in `words`.
+//! for the first coordinate system (MSYS, CSYS, MCS); whether coordinates behind another are in it
+//! or in the first the job says. Words that may move the tool, or change speed, feed, frame or
+//! tool, and are not known are errors; those that do not are listed in `words`.
 
 mod arcs;
 mod cycles;
@@ -252,7 +252,10 @@ impl<'a> Reader<'a> {
                 self.cutter.log.leaves(line, major);
                 Ok(())
             }
-            "MSYS" | "CSYS" => self.system(line, major, minor),
+            "MSYS" | "CSYS" | "MCS" => self.system(line, major, minor),
+            "ORIGIN" | "TRANS" if vector(minor) == Ok(Vector3::zeros()) && minor.len() == 3 => {
+                Ok(())
+            }
             // CAMWorks has it.
             "TRNTYP" => {
                 self.senses.is_right_handed = true;

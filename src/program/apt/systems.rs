@@ -1,4 +1,4 @@
-//! Coordinate systems of APT: MSYS and CSYS.
+//! Coordinate systems of APT: MSYS, CSYS and MCS.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -122,8 +122,8 @@ impl Systems {
 }
 
 impl Reader<'_> {
-    /// MSYS: origin, x axis, y axis. CSYS: rows of a matrix with the origin in its last column, or
-    /// x, y and z axes and the origin.
+    /// MSYS: origin, x axis, y axis. CSYS, MCS: rows of a matrix with the origin in its last
+    /// column, or x, y and z axes and the origin.
     pub(super) fn system(
         &mut self,
         line: usize,

@@ -1,7 +1,7 @@
 //! Which words of APT are for the machine beside the tool's way, and which move.
 
 /// Words without motion of their own and without effect on later motion.
-pub(super) const WITHOUT_MOTION: [&str; 75] = [
+pub(super) const WITHOUT_MOTION: [&str; 76] = [
     "PARTNO",
     "PPRINT",
     "CLPRNT",
@@ -29,6 +29,7 @@ pub(super) const WITHOUT_MOTION: [&str; 75] = [
     "TLDATA",
     "TDATA",
     "DISPLAY",
+    "DISPLY",
     "UNLOAD",
     "UNCLMP",
     "CLAMP",
@@ -88,8 +89,8 @@ pub(super) const MOVES: [&str; 25] = [
 
 /// Words that begin a statement and set or move something: behind another statement they would be
 /// lost.
-pub(super) const BEGINS: [&str; 26] = [
+pub(super) const BEGINS: [&str; 27] = [
     "GOTO", "GODLTA", "FROM", "GOHOME", "GOCLER", "RAPID", "CIRCLE", "MOVARC", "INDIRV", "INDIRP",
     "MULTAX", "TLAXIS", "FEDRAT", "SPINDL", "UNITS", "UNIT", "CYCLE", "DELAY", "DWELL", "LOADTL",
-    "TURRET", "MSYS", "CSYS", "TRNTYP", "CUTCOM", "FINI",
+    "TURRET", "MSYS", "CSYS", "MCS", "TRNTYP", "CUTCOM", "FINI",
 ];

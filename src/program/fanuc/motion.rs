@@ -19,6 +19,9 @@ use crate::units::{
 /// Turns below this are rounding, rad.
 const NO_TURN_RAD: f64 = 1e-5;
 
+/// Shares of a speed below this are rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// Angles below this are rounding, degrees.
 const NO_ANGLE_DEG: f64 = 1e-6;
 
@@ -54,6 +57,16 @@ impl Run<'_> {
         let start = text.len() - text.trim_start().len();
         let kind = text.get(start..=start).unwrap_or("");
         let mut rest = text.get(start + 1..).unwrap_or("").trim_start();
+        if matches!(kind, "J" | "L")
+            && let Some((number, behind)) = self.registers.numbered(rest, "PR")?
+            && self.registers.position(number).is_unset()
+        {
+            return self.leave(statement, kind, &format!("PR[{number}]"), behind);
+        }
+        if let Some((line, name)) = self.unknown_end.take() {
+            let what = format!("{name} is known only at run time, and motion follows from there");
+            self.log.error(Code::Motion, line, what);
+        }
         let count = if kind == "C" { 2 } else { 1 };
         let mut places = Vec::new();
         let mut tcp = None;
@@ -85,6 +98,9 @@ impl Run<'_> {
         }
         let turned = self.turn_to(places.last(), &tcp);
         let pace = self.pace(statement, term, kind, turned)?;
+        if kind != "J" {
+            self.compare_limit(line, pace);
+        }
         match (kind, places.as_slice()) {
             ("J", [Place::Joints(q)]) => {
                 let q = self.external.joints(q)?;
@@ -106,6 +122,34 @@ impl Run<'_> {
         }
         self.stops = options.split_whitespace().any(|own| own.eq_ignore_ascii_case("FINE"));
         self.joints = last.and_then(|group| six(&group, JOINTS).ok().flatten());
+        for action in actions {
+            self.act(statement, action);
+        }
+        Ok(())
+    }
+
+    /// To a place that only the controller knows, as HOME is: before all other motion and behind it
+    /// the path is whole without that way. A line to there may cut; between others it is an error.
+    fn leave(
+        &mut self,
+        statement: &Statement,
+        kind: &str,
+        name: &str,
+        behind: &str,
+    ) -> Result<(), String> {
+        let behind = behind.trim_start();
+        let options = behind.get(word(behind).len()..).unwrap_or("");
+        let (_, actions) = self.options(statement.line, options)?;
+        if kind == "L" {
+            let what =
+                format!("L {name}: the place is not in the program; the move there is skipped");
+            self.log.warning(Code::MotionLeftOut, statement.line, what);
+            if self.log.has_moved() {
+                self.unknown_end.get_or_insert((statement.line, name.to_owned()));
+            }
+        } else {
+            self.log.leaves(statement.line, &format!("{kind} {name}"));
+        }
         for action in actions {
             self.act(statement, action);
         }
@@ -352,6 +396,28 @@ impl Run<'_> {
         Ok(Pace::Feed(feed * over))
     }
 
+    /// LINEAR_MAX_SPEED changes nothing where no move is faster.
+    fn compare_limit(&mut self, line: usize, pace: Pace) {
+        let Some((set, limit)) = self.limit else { return };
+        let feed = match pace {
+            Pace::Feed(feed) => Some(feed),
+            Pace::Unstated => self.settings.feed_m_per_s,
+            Pace::Rapid => Some(self.settings.rapid_m_per_s),
+            // How long the way is tells the log alone.
+            Pace::Seconds(_) | Pace::Joints(_) => None,
+        };
+        let is_below = limit
+            .zip(feed)
+            .is_some_and(|(limit, feed)| feed <= m_per_s_from_mm_per_s(limit) * (1.0 + ROUNDING));
+        if !is_below {
+            let what = format!(
+                "LINEAR_MAX_SPEED of line {set} may slow this move, which is read at the speed \
+                 that it states"
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
+    }
+
     /// The job's feed stands in for a speed that is not known. The first move needs none.
     fn unknown_speed(&mut self, line: usize, why: &str) -> Result<Pace, String> {
         if self.settings.feed_m_per_s.is_none() && self.log.has_moved() {
@@ -407,13 +473,49 @@ impl Run<'_> {
         Ok((shift, actions))
     }
 
+    /// `OFFSET CONDITION PR[1]`, `TOOL_OFFSET CONDITION PR[1]`: what a bare `Offset` or
+    /// `Tool_Offset` shifts by from here on.
+    pub(super) fn set_offset(&mut self, text: &str) -> Result<(), String> {
+        let (own, by) = text.split_once(' ').unwrap_or((text, ""));
+        let place = usize::from(own.starts_with('T'));
+        self.offsets[place] = None;
+        let by = by.trim_start().strip_prefix("CONDITION").map_or("", str::trim_start);
+        match self.registers.numbered(by, "PR")? {
+            Some((number, behind)) if behind.trim().is_empty() => {
+                self.offsets[place] = Some((number, self.registers.position(number)));
+                Ok(())
+            }
+            // UFRAME[n] behind it is another frame than the one that is chosen.
+            _ => Err(format!("'{text}' is not read: expected {own} CONDITION PR[n]")),
+        }
+    }
+
+    /// The register of the condition that holds. Whether the controller takes what it held there
+    /// or what it holds now is told apart by a change alone.
+    fn offset_of_condition(&self, shown: &str) -> Result<i64, String> {
+        let own = shown.to_uppercase();
+        let condition = &self.offsets[usize::from(own.starts_with('T'))];
+        let (number, held) = condition
+            .as_ref()
+            .ok_or_else(|| format!("{shown} stands behind no {own} CONDITION that is read"))?;
+        if self.registers.position(*number) != *held {
+            return Err(format!(
+                "PR[{number}] has changed since {own} CONDITION: which value {shown} takes is not \
+                 read"
+            ));
+        }
+        Ok(*number)
+    }
+
     /// What `Offset,PR[1]` shifts by, m, and what follows.
     fn shift<'t>(&mut self, line: usize, text: &'t str) -> Result<(Vector3<f64>, &'t str), String> {
         let shown = text.split([' ', '\t', ',']).next().unwrap_or("");
-        let by = text.get(shown.len()..).unwrap_or("").trim_start().strip_prefix(',');
-        let by = by.map_or("", str::trim_start);
-        let Some((number, behind)) = self.registers.numbered(by, "PR")? else {
-            return Err(format!("{shown} shifts the target by what is not PR[n], and is not read"));
+        let behind = text.get(shown.len()..).unwrap_or("");
+        let (number, behind) = match behind.trim_start().strip_prefix(',') {
+            Some(by) => self.registers.numbered(by.trim_start(), "PR")?.ok_or_else(|| {
+                format!("{shown} shifts the target by what is not PR[n], and is not read")
+            })?,
+            None => (self.offset_of_condition(shown)?, behind),
         };
         let name = format!("PR[{number}]");
         let held = self.registers.position(number);

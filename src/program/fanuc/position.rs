@@ -68,6 +68,11 @@ impl Held {
         }
     }
 
+    /// Whether the program has set nothing of it, and the job assumes nothing.
+    pub(super) fn is_unset(&self) -> bool {
+        *self == Self::unset()
+    }
+
     pub(super) fn is_set(&self) -> bool {
         self.is_set
     }

@@ -126,12 +126,9 @@ impl<'a> Registers<'a> {
     /// What the job assumes of a name.
     pub(super) fn assumed(&self, name: &str) -> Option<Assumed> {
         let name = name.trim().to_lowercase();
-        // `di[3:part here]` is DI[3].
-        let bare = name.split_once(':').map(|(head, _)| format!("{head}]"));
-        let given = |name: &str| {
-            self.settings.assume.get(name).copied().filter(|_| !self.is_forgotten(name))
-        };
-        given(&name).or_else(|| given(&bare?))
+        let bare = without_comment(&name);
+        let given = [&name, &bare].into_iter().find_map(|own| self.settings.assume.get(own));
+        given.copied().filter(|_| !self.is_forgotten(&bare))
     }
 
     /// Whether the program has set a name, in lower case, to what is not known.
@@ -142,6 +139,7 @@ impl<'a> Registers<'a> {
 
     /// Why a name is not known, and what may help.
     fn unknown(&self, name: &str) -> String {
+        let name = &without_comment(name.trim());
         if self.is_forgotten(&name.trim().to_lowercase()) {
             format!("{name} is set to what is known only at run time")
         } else {
@@ -322,10 +320,12 @@ impl<'a> Registers<'a> {
             let value = value.ok_or_else(|| format!("'{text}' is no number"))?;
             return Ok((value, text.get(digits..).unwrap_or("")));
         }
-        match self.known(text) {
-            Some(Assumed::Number(value)) => Ok((value, "")),
-            Some(Assumed::Truth(value)) => Ok((f64::from(u8::from(value)), "")),
-            None => Err(format!("'{}' is known only at run time", text.trim())),
+        let (name, rest) = text.split_at(name_length(text));
+        match self.known(name) {
+            Some(Assumed::Number(value)) => Ok((value, rest)),
+            Some(Assumed::Truth(value)) => Ok((f64::from(u8::from(value)), rest)),
+            None if name.is_empty() => Err(format!("'{}' is no value", text.trim())),
+            None => Err(self.unknown(name)),
         }
     }
 
@@ -364,7 +364,7 @@ impl<'a> Registers<'a> {
         }
         match self.known(text) {
             Some(Assumed::Truth(value)) => Ok(value),
-            _ => Err(format!("'{text}' is known only at run time")),
+            _ => Err(self.unknown(text)),
         }
     }
 
@@ -439,6 +439,11 @@ pub(super) fn outside(text: &str, mut is_it: impl FnMut(usize, &str) -> bool) ->
     None
 }
 
+/// `DI[3:part here]` is DI[3].
+fn without_comment(name: &str) -> String {
+    name.split_once(':').map_or_else(|| name.to_owned(), |(head, _)| format!("{head}]"))
+}
+
 /// The parts of a text between signs that stand in no parentheses and no brackets.
 fn parts_outside<'t>(text: &'t str, sign: &str) -> Vec<&'t str> {
     let mut cuts = Vec::new();
@@ -458,6 +463,13 @@ fn parts_outside<'t>(text: &'t str, sign: &str) -> Vec<&'t str> {
 pub(super) fn split_outside<'t>(text: &'t str, sign: &str) -> Option<(&'t str, &'t str)> {
     let at = outside(text, |depth, rest| depth == 0 && rest.starts_with(sign))?;
     Some((text.get(..at)?, text.get(at + sign.len()..)?))
+}
+
+/// How long the name at the start of a text is: `GI[5:program]/10` has one of 13 signs.
+fn name_length(text: &str) -> usize {
+    let is_of_name = |c: char| c.is_alphanumeric() || matches!(c, '_' | '$' | '.' | ']');
+    let end = outside(text, |_, rest| rest.starts_with(|c: char| !is_of_name(c)));
+    end.unwrap_or(text.len())
 }
 
 /// `F[1:comment]` or `F[R[1]]` as a whole: list and index.

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
+use super::position::Held;
 use super::registers::{Asked, Registers, State, names_in, register, split_outside, starts_with};
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
@@ -16,7 +17,7 @@ use crate::program::spindle_names::Analog;
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 
 /// How statements begin that neither move nor change anything that is read here.
-const HARMLESS: [&str; 43] = [
+const HARMLESS: [&str; 41] = [
     "DO[",
     "RO[",
     "GO[",
@@ -54,8 +55,6 @@ const HARMLESS: [&str; 43] = [
     "GUNMOTN",
     "Spray",
     "Dispense",
-    "JOINT_MAX_SPEED",
-    "LINEAR_MAX_SPEED",
     "--eg",
     "TC_ONLINE",
     "Sensor",
@@ -70,9 +69,7 @@ const SYSTEM: [&str; 8] =
 pub(super) const SIGNALS: [&str; 8] = ["F[", "M[", "DO[", "RO[", "GO[", "AO[", "SO[", "UO["];
 
 /// How statements begin that move, shift or search.
-const MOVES: [&str; 12] = [
-    "OFFSET CONDITION",
-    "TOOL_OFFSET CONDITION",
+const MOVES: [&str; 10] = [
     "VOFFSET",
     "SEARCH",
     "TOUCH",
@@ -101,6 +98,10 @@ pub(super) struct Run<'a> {
     pub(super) config: Option<String>,
     /// OVERRIDE as a share, or why it is not known.
     pub(super) over: Result<f64, String>,
+    /// The line of LINEAR_MAX_SPEED and its value, mm/s, where that is known.
+    pub(super) limit: Option<(usize, Option<f64>)>,
+    /// PR[n] of OFFSET CONDITION and of TOOL_OFFSET CONDITION, with what it held there.
+    pub(super) offsets: [Option<(i64, Held)>; 2],
     pub(super) external: External,
     /// Frame and tool of the last target that has a number of its own.
     pub(super) of_target: [Option<u32>; 2],
@@ -110,6 +111,9 @@ pub(super) struct Run<'a> {
     pub(super) stops: bool,
     /// The joints of the last target, where it is one, degrees.
     pub(super) joints: Option<[f64; 6]>,
+    /// The line that goes straight to a place that the program does not give, and its register:
+    /// only behind all other motion is the rest of the path whole without it.
+    pub(super) unknown_end: Option<(usize, String)>,
     pub(super) next: usize,
     budget: usize,
     /// Labels that have run, with what was known there last.
@@ -139,11 +143,14 @@ impl<'a> Run<'a> {
             payload: None,
             config: None,
             over: Ok(1.0),
+            limit: None,
+            offsets: [None, None],
             external: External::new(settings),
             of_target: [None; 2],
             axes: BTreeMap::new(),
             stops: false,
             joints: None,
+            unknown_end: None,
             next: 0,
             budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             passed: HashMap::new(),
@@ -184,7 +191,9 @@ impl<'a> Run<'a> {
             set_by_comment(self.settings, self.log, line, comment, span);
             return Ok(false);
         }
-        if text.is_empty() || text.starts_with("//") {
+        // Dashes end what stands behind P-SPS.
+        let is_rule = text.len() > 1 && text.bytes().all(|byte| byte == b'-');
+        if text.is_empty() || text.starts_with("//") || is_rule {
             return Ok(false);
         }
         if is_motion(text) {
@@ -233,7 +242,9 @@ impl<'a> Run<'a> {
             "UFRAME" => self.set_frame(line, "UFRAME", text)?,
             "UTOOL" => self.set_frame(line, "UTOOL", text)?,
             "PAYLOAD" => self.set_payload(text, line)?,
-            "LINEAR_MAX_SPEED" | "JOINT_MAX_SPEED" => {
+            "OFFSET" | "TOOL_OFFSET" => self.set_offset(text)?,
+            "LINEAR_MAX_SPEED" => self.limit = Some((line, self.linear_limit(text))),
+            "JOINT_MAX_SPEED" => {
                 return Err(format!("{keyword} limits the speed and is not supported"));
             }
             _ if MOVES.iter().any(|start| text.starts_with(start)) => {
@@ -349,6 +360,12 @@ impl<'a> Run<'a> {
         }
         self.over = Ok(crate::units::ratio_from_percent(percent));
         Ok(())
+    }
+
+    /// `LINEAR_MAX_SPEED=2000`, mm/s; `None` where only the run knows it.
+    fn linear_limit(&self, text: &str) -> Option<f64> {
+        let (_, value) = text.split_once('=')?;
+        self.registers.value(value).ok().filter(|value| *value > 0.0)
     }
 
     /// `R[1:name]=R[2]+1`.

@@ -59,11 +59,11 @@ pub(super) fn tokens(line: &str, offset: Option<usize>) -> Result<Vec<Kind>, Str
                 at += length;
             }
             b'\'' => {
-                // 'B1010', 'HFF'.
+                // 'B1010', 'B 110', 'HFF'.
                 let end = rest.get(1..).and_then(|tail| tail.find('\''));
                 let end = end.ok_or("a number in quotes is not closed")? + 1;
                 let text = rest.get(1..end).unwrap_or("").to_ascii_uppercase();
-                let digits = text.get(1..).unwrap_or("");
+                let digits = text.get(1..).unwrap_or("").trim_start();
                 let radix = if text.starts_with('B') { 2 } else { 16 };
                 let value = u32::from_str_radix(digits, radix);
                 let value = value.map_err(|_| format!("'{text}' is no number"))?;
@@ -145,5 +145,8 @@ mod tests {
         assert_eq!(found.len(), 10);
         assert!(matches!(found[8], Kind::Enum(ref name) if name == "base"));
         assert!(matches!(found[9], Kind::Number(255.0, None, true)));
+        let found = tokens("S 'B 110',T 'B 1 1'", None);
+        assert!(found.unwrap_err().contains("'B 1 1' is no number"));
+        assert_eq!(tokens("'B 110'", None).unwrap(), [Kind::Number(6.0, None, true)]);
     }
 }

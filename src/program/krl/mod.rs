@@ -20,6 +20,7 @@ mod parser;
 mod run;
 mod signals;
 mod syntax;
+mod targets;
 mod turns;
 mod value;
 mod walk;

@@ -8,9 +8,9 @@ use super::forms::{BASE, TOOL};
 use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
 use super::turns::Turns;
-use super::value::{AXES, EXTERNAL, FRAME, Parts, Value, base, frame, numbers, part, pose};
+use super::value::{AXES, Parts, Value, base, frame, part};
 use super::words::{is_harmless, is_without_effect};
-use crate::motion::{Circle, Configuration, Load, Target};
+use crate::motion::{Circle, Load, Target};
 use crate::notes::Code;
 use crate::program::cell::{base_frame, of_job_tcp, tool_frame};
 use crate::program::log::States;
@@ -25,9 +25,6 @@ type Kept = (
     (Isometry3<f64>, Isometry3<f64>),
     Option<(String, [bool; 2])>,
 );
-
-/// More than any axis turns, rad.
-const TURNS: f64 = 20.0;
 
 impl<'a> Run<'a> {
     pub(super) fn assign(&mut self, line: usize, path: &'a Path, expr: &'a Expr) {
@@ -454,6 +451,11 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn motion(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
+        if self.is_skipped(line, motion) {
+            // What WITH sets holds for the move alone; functions in it may do more.
+            motion.with.iter().for_each(|(_, expr)| drop(self.eval(expr)));
+            return Ok(());
+        }
         let kept = self.kept();
         self.apply(line, &motion.with);
         let done = self.motion_inside(line, motion);
@@ -463,26 +465,29 @@ impl<'a> Run<'a> {
         done
     }
 
-    fn motion_inside(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
-        if let [Expr::Ref(path)] = motion.targets.as_slice() {
-            // To where it is.
-            if matches!(path.name.as_str(), "$axis_act" | "$pos_act") {
-                return Ok(());
-            }
-            // The home position of the cell.
-            let is_home = path.name.starts_with("xhome") || path.name.starts_with("home");
-            if is_home && matches!(self.read(path), Value::Unknown(_)) {
-                self.joints = None;
-                self.log.leaves(line, &format!("PTP {}", path.name.to_uppercase()));
-                return Ok(());
-            }
+    /// Whether a motion goes nowhere, or to the home position of the cell, which no file gives.
+    fn is_skipped(&mut self, line: usize, motion: &'a Motion) -> bool {
+        let [Expr::Ref(path)] = motion.targets.as_slice() else { return false };
+        // To where it is.
+        if matches!(path.name.as_str(), "$axis_act" | "$pos_act") {
+            return true;
         }
+        let is_home = path.name.starts_with("xhome") || path.name.starts_with("home");
+        let is_unknown = is_home && matches!(self.read(path), Value::Unknown(_));
+        if is_unknown {
+            self.joints = None;
+            self.log.leaves(line, &format!("PTP {}", path.name.to_uppercase()));
+        }
+        is_unknown
+    }
+
+    fn motion_inside(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
         let turning = self.turning.into_iter().flatten().reduce(f64::min);
         self.log.turns_at(turning.map(|speed| speed * self.over));
         let values: Vec<Value> = motion.targets.iter().map(|expr| self.eval(expr)).collect();
         let last = values.last().ok_or("the target is missing")?;
         let parts = last.parts().map_err(|why| format!("target: {why}"))?;
-        self.external_axes(parts)?;
+        self.external_axes(parts, motion.is_relative)?;
         if AXES.iter().any(|axis| parts.contains_key(*axis)) {
             if motion.way != Way::Joint {
                 return Err("a line or arc to joint positions".to_owned());
@@ -500,7 +505,7 @@ impl<'a> Run<'a> {
         if let Some((why, _)) = &self.unknown_form {
             return Err(why.clone());
         }
-        let end = self.target(parts, motion.is_relative)?;
+        let end = self.target(parts, motion)?;
         // The controller turns the arm on PTP alone.
         let asked = (motion.way == Way::Joint).then(|| self.configuration(parts)).flatten();
         self.log.configure(asked);
@@ -518,7 +523,7 @@ impl<'a> Run<'a> {
                 let end = self.turned(line, end);
                 let via = values.first().ok_or("the auxiliary point is missing")?;
                 let via = via.parts().map_err(|why| format!("auxiliary point: {why}"))?;
-                let via = self.target(via, motion.is_relative)?;
+                let via = self.target(via, motion)?;
                 return self.arc(line, via, end, motion.angle.as_ref());
             }
         };
@@ -573,79 +578,6 @@ impl<'a> Run<'a> {
             let share = |part: f64| (piece as f64 + part) / pieces;
             let (via, end) = (at(share(0.5)), at(share(1.0)));
             self.log.motion(line, Target::Arc { via, end }, self.tcp, pace);
-        }
-        Ok(())
-    }
-
-    /// A position in the base frame of the robot; components left out stay as they are.
-    fn target(&mut self, parts: &Parts, is_relative: bool) -> Result<Isometry3<f64>, String> {
-        let is_whole = FRAME.iter().all(|name| parts.contains_key(*name));
-        let before = match self.log.last() {
-            Some(last) => Some(numbers(&(self.base.inverse() * last.with(&self.tcp)))),
-            None if is_whole && !is_relative => None,
-            None => {
-                let before = match self.log.has_moved() {
-                    true => {
-                        "the point before is given by axes, of which the program does not \
-                             state the position; give X, Y, Z, A, B and C in full"
-                    }
-                    false => "the position before is known only at run time",
-                };
-                return Err(format!("components are left out, and {before}"));
-            }
-        };
-        let mut found = [0.0; 6];
-        for (index, name) in FRAME.into_iter().enumerate() {
-            let old = before.map_or(0.0, |before| before[index]);
-            let given = part(parts, name).map_err(|why| format!("target: {why}"))?;
-            found[index] = match given {
-                Some(value) if is_relative => old + value,
-                Some(value) => value,
-                None => old,
-            };
-        }
-        Ok(self.base * pose(found))
-    }
-
-    /// The signs of the axes that T has, where S stands with it: a bit is set where the axis is
-    /// negative. S, of which only the robot's own dimensions tell what it means, is not read.
-    fn configuration(&self, parts: &Parts) -> Option<Configuration> {
-        let number = |name| part(parts, name).ok().flatten();
-        let (status, turn) = (number("s")?, number("t")?);
-        let arm = self.external.arm()?;
-        let bits = (0.0..64.0).contains(&turn).then_some(turn as u32)?;
-        let range = |is_negative| if is_negative { [-TURNS, 0.0] } else { [0.0, TURNS] };
-        let joints = arm.iter().enumerate();
-        let joints = joints.map(|(axis, joint)| (*joint, range(bits >> axis & 1 == 1))).collect();
-        Some(Configuration { shown: format!("S {status}, T {turn}"), joints })
-    }
-
-    fn joint_target(&mut self, parts: &Parts, is_relative: bool) -> Result<[f64; 6], String> {
-        let mut found = [0.0; 6];
-        for (index, name) in AXES.into_iter().enumerate() {
-            let old = self.joints.map(|joints| joints[index]);
-            let given = part(parts, name).map_err(|why| format!("target: {why}"))?;
-            found[index] = match (given, old) {
-                (Some(value), Some(old)) if is_relative => old + value,
-                (Some(value), _) if !is_relative => value,
-                (None, Some(old)) => old,
-                _ => {
-                    return Err(format!(
-                        "{} is not known: the joints before are known only at run time",
-                        name.to_uppercase()
-                    ));
-                }
-            };
-        }
-        self.joints = Some(found);
-        Ok(found)
-    }
-
-    fn external_axes(&mut self, parts: &Parts) -> Result<(), String> {
-        for name in EXTERNAL {
-            if let Some(value) = part(parts, name)? {
-                self.external.place(self.log, name, value)?;
-            }
         }
         Ok(())
     }

@@ -511,6 +511,7 @@ impl<'t> Cursor<'t> {
             }
         }
         let mut with = Vec::new();
+        let mut is_of_tool = false;
         while !self.is_end() {
             match self.peek() {
                 Some(Kind::Word(word)) if word == "with" => with.extend(self.with()?),
@@ -531,7 +532,10 @@ impl<'t> Cursor<'t> {
                 // What a relative motion is relative to, and so it is without the word.
                 Some(Kind::Enum(name)) if is_relative && name == "base" => self.at += 1,
                 Some(Kind::Enum(name)) if is_relative && name == "tool" => {
-                    return Err("a motion relative to the tool (#TOOL) is not supported".into());
+                    if way == Way::Joint {
+                        return Err("PTP_REL relative to the tool (#TOOL) is not supported".into());
+                    }
+                    (self.at, is_of_tool) = (self.at + 1, true);
                 }
                 _ => return Err("what stands behind the target is not understood".to_owned()),
             }
@@ -540,7 +544,7 @@ impl<'t> Cursor<'t> {
         if targets.len() != wanted {
             return Err(format!("expected {}, found {}", counted(wanted, "target"), targets.len()));
         }
-        Ok(What::Move(Box::new(Motion { way, is_relative, targets, angle, with })))
+        Ok(What::Move(Box::new(Motion { way, is_relative, is_of_tool, targets, angle, with })))
     }
 
     fn expression(&mut self) -> Result<Expr, String> {

@@ -63,6 +63,8 @@ pub(super) struct Motion {
     pub(super) way: Way,
     /// PTP_REL, LIN_REL.
     pub(super) is_relative: bool,
+    /// `LIN_REL … #TOOL`: relative to the tool where it is, else along the axes of the base.
+    pub(super) is_of_tool: bool,
     pub(super) targets: Vec<Expr>,
     /// CA.
     pub(super) angle: Option<Expr>,

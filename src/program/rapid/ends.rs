@@ -1,11 +1,13 @@
-//! Moves behind a statement that ends its routine, or the program, in any case.
+//! Moves that are not read: behind a statement that ends its routine, or the program, in any case;
+//! in procedures that nothing calls, where the one that starts does not move.
 
 use std::collections::HashSet;
 
 use super::instructions::{motion, sounds_like_motion};
 use super::interpreter::Interpreter;
-use super::syntax::{Statement, What};
+use super::syntax::{Block, Routine, Statement, What};
 use super::walk::blocks_in;
+use crate::notes::Code;
 use crate::program::unread::behind;
 
 impl<'a> Interpreter<'a> {
@@ -22,6 +24,31 @@ impl<'a> Interpreter<'a> {
         };
         if let Some(first) = rest.iter().find(|statement| self.moves(&statement.what)) {
             behind(self.log, if first.line > 0 { first.line } else { self.line }, end);
+        }
+    }
+
+    /// `main` is often empty, and the path stands in a procedure of its own.
+    pub(super) fn tell_who_moves(&mut self, start: &'a Routine) {
+        const SHOWN: usize = 10;
+        let moves = |body: &'a Block| body.iter().any(|own| self.moves(&own.what));
+        if self.log.has_moved() || !self.is_still(&start.body) {
+            return;
+        }
+        let procedures =
+            self.file.procedure_order.iter().filter_map(|key| self.file.procedures.get(key));
+        let names: Vec<&str> = procedures
+            .filter(|routine| moves(&routine.body))
+            .map(|routine| routine.name.shown.as_str())
+            .take(SHOWN)
+            .collect();
+        if let Some(first) = names.first() {
+            let what = format!(
+                "'{}' does not move; these procedures do: '{}'; path.program.procedure: {first} in \
+                 the job reads one",
+                start.name.shown,
+                names.join("', '")
+            );
+            self.log.error(Code::Motion, start.line.max(1), what);
         }
     }
 

@@ -335,7 +335,7 @@ impl<'a> Interpreter<'a> {
         }
         let options = self.options(args);
         if name.key == "crobt" {
-            return known(self.current_target(&options));
+            return known(self.current_target(args, &options));
         }
         let positional: Vec<Value> = args.positional.iter().map(|arg| self.eval(arg)).collect();
         let given = Given { positional: &positional, optional: &options };
@@ -347,7 +347,7 @@ impl<'a> Interpreter<'a> {
                 if !is_own_function(&name.key) {
                     self.not_in_file(self.line, &name.shown);
                 }
-                Value::unknown(format!("function '{}' is known only at run time", name.shown))
+                Value::unknown(self.why_unknown(name, args))
             }
         }
     }

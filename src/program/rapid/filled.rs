@@ -64,6 +64,16 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// `SearchL di1, found, …`: the place that a search finds.
+    pub(super) fn fill_found(&mut self, name: &Name, args: &'a Args) {
+        if let (true, Some(Expr::Ref(path))) =
+            (name.key.starts_with("search"), args.positional.get(1))
+        {
+            let what = format!("'{}' is what {} finds", path.name.shown, name.shown);
+            self.forget(&path.name, &Value::unknown(format!("{what}: known only at run time")));
+        }
+    }
+
     /// Behind `WaitUntil` what it waited for holds: where the program itself says otherwise,
     /// another task has set it. Runs the functions in the condition.
     pub(super) fn waited(&mut self, args: &'a Args) {

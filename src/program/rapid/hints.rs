@@ -6,16 +6,38 @@ use super::instructions::{ToolAt, is_ignored, motion};
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Block, Expr, Name, Optional, Path, Routine, Step, What};
 use super::timed::SETS;
-use super::walk::{names_in, statements_in};
+use super::walk::{functions_of, names_in, statements_in};
 use crate::program::spindle_names::{doubt, is_spindles};
 
 /// Parts of tools, frames and places.
 const PARTS: [&str; 9] = ["tframe", "tload", "uframe", "oframe", "trans", "rot", "x", "y", "z"];
 
+/// Instructions that read signals.
+const READS: [&str; 13] = [
+    "isignalai",
+    "isignalao",
+    "isignaldi",
+    "isignaldo",
+    "isignalgi",
+    "isignalgo",
+    "waitai",
+    "waitao",
+    "waitdi",
+    "waitdo",
+    "waitgi",
+    "waitgo",
+    "waituntil",
+];
+
+/// Types of data that are no signals and hold no speed.
+const PLACES: [&str; 5] = ["jointtarget", "loaddata", "robtarget", "tooldata", "wobjdata"];
+
 /// What an instruction may command: names among its arguments, in their order.
 fn commanded<'a>(key: &str, args: &'a Args) -> Vec<&'a Name> {
     let positional = args.positional.as_slice();
     let own = match motion(key) {
+        // What it waits for, or watches, it does not command.
+        None if READS.contains(&key) => &[],
         Some((_, ToolAt::Index(tool))) => positional.get(tool + 1..).unwrap_or_default(),
         Some((_, ToolAt::Last)) => &[],
         None => positional,
@@ -29,7 +51,13 @@ fn commanded<'a>(key: &str, args: &'a Args) -> Vec<&'a Name> {
     let own = own.iter().filter(|expr| is_whole || matches!(expr, Expr::Ref(_)));
     let mut open: Vec<&Expr> = own.chain(outputs).collect();
     open.reverse();
-    names_in(open)
+    // A digital input has no speed to be given on.
+    let asked = functions_of(open.clone()).into_iter();
+    let asked = asked.filter(|(name, _)| matches!(name.key.as_str(), "dinput" | "testdi"));
+    let asked = names_in(asked.flat_map(|(_, args)| &args.positional).collect());
+    let mut names = names_in(open);
+    names.retain(|name| !asked.iter().any(|own| std::ptr::eq(*own, *name)));
+    names
 }
 
 /// Whether a list is a place, a tool or a frame.
@@ -48,11 +76,18 @@ impl<'a> Interpreter<'a> {
     /// Of an instruction, or a procedure that is in no file; whether it looks like one.
     pub(super) fn doubt_call(&mut self, line: usize, name: &Name, args: &Args) -> bool {
         let mut names = [name].into_iter().chain(commanded(&name.key, args));
-        let found = names.find(|name| is_spindles(&name.shown));
+        let found = names.find(|name| is_spindles(&name.shown) && !self.is_place(&name.key));
         if let Some(found) = found {
             self.doubt(line, &found.shown);
         }
         found.is_some()
+    }
+
+    /// Whether a name is a tool's, a frame's or a target's.
+    fn is_place(&self, key: &str) -> bool {
+        let local = self.frames.last().and_then(|frame| frame.get(key)).map(|datum| datum.kind);
+        let kind = local.or_else(|| self.file.data.get(key).map(|data| data.kind.as_str()));
+        kind.is_some_and(|kind| PLACES.contains(&kind))
     }
 
     /// Of a procedure of the files: where the job reads nothing, and it sets outputs.

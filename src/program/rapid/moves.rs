@@ -40,6 +40,7 @@ impl<'a> Interpreter<'a> {
         };
         let tcp = self.tool_centre_point(line, tool)?;
         self.note_load(line, tool, &tcp, args);
+        self.names_tool(line, tool, args);
         let speed_arg = at(targets, "the speed")?;
         let first = self.eval(at(0, "the target")?);
         if way == Way::AbsoluteJoints {
@@ -125,19 +126,21 @@ impl<'a> Interpreter<'a> {
     }
 
     /// `CRobT()`: the last target, in the work object and with the tool asked for.
-    pub(super) fn current_target(&mut self, options: &[(String, Value)]) -> Result<Value, String> {
+    pub(super) fn current_target(
+        &mut self,
+        args: &Args,
+        options: &[(String, Value)],
+    ) -> Result<Value, String> {
         let last =
             self.log.last().ok_or("CRobT: the robot's position is known only at run time")?;
         let find = |wanted: &str| options.iter().find(|(name, _)| name == wanted);
+        let line = self.line;
         let tcp = match find("tool") {
-            Some((_, tool)) => self.frame_of_tool(tool)?.unwrap_or(last.tcp),
+            Some((_, tool)) => self.tcp_of(line, args.optional_value("tool"), tool)?,
             None => last.tcp,
         };
-        let work_object = match find("wobj") {
-            Some((_, object)) => frame_of_work_object(object)?,
-            None => None,
-        };
-        let work_object = work_object.or(self.settings.work_object).unwrap_or_default();
+        let object = find("wobj").map(|(_, object)| object);
+        let work_object = self.work_object(line, object, args)?;
         let at = work_object.inverse() * last.with(&tcp);
         let [translation, rotation] = from_pose(&at);
         let external = Value::nums(&[9e9; ROBOT_AXES]);
@@ -216,10 +219,20 @@ impl<'a> Interpreter<'a> {
             _ => None,
         };
         self.log.tcp_of(of_job);
-        match (&tool, self.settings.tcp) {
+        self.tcp_of(line, Some(expr), &tool)
+    }
+
+    /// Where a tool has its centre point, in the tip frame.
+    fn tcp_of(
+        &mut self,
+        line: usize,
+        expr: Option<&Expr>,
+        tool: &Value,
+    ) -> Result<Isometry3<f64>, String> {
+        match (tool, self.settings.tcp) {
             (Value::Tool0, tcp) => Ok(tcp.unwrap_or_default()),
             (Value::Unknown(why), Some(tcp)) => {
-                let code = self.code_of_assumed(Some(expr));
+                let code = self.code_of_assumed(expr);
                 self.log.warning(code, line, format!("tool: {why}; the job's tcp is used"));
                 Ok(tcp)
             }
@@ -229,7 +242,7 @@ impl<'a> Interpreter<'a> {
                     let what = "the program declares its tool: the job's tcp is not used there";
                     self.log.warning(Code::FrameFromProgram, line, what);
                 }
-                let frame = self.frame_of_tool(&tool).map_err(|why| format!("tool: {why}"))?;
+                let frame = self.frame_of_tool(tool).map_err(|why| format!("tool: {why}"))?;
                 Ok(frame.unwrap_or_default())
             }
         }

@@ -2,12 +2,25 @@
 //! instructions sets them.
 
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr, Optional};
+use super::syntax::{Args, Expr, Name, Optional};
 use super::timed::SETS;
 use super::value::Value;
 
+/// Functions that read a signal, their argument.
+const READ: [&str; 9] = [
+    "dinput",
+    "doutput",
+    "ginput",
+    "goutput",
+    "ainput",
+    "aoutput",
+    "testdi",
+    "ginputdnum",
+    "goutputdnum",
+];
+
 /// Names that a call is given as they are.
-fn references(args: &Args) -> impl Iterator<Item = &str> {
+pub(super) fn references(args: &Args) -> impl Iterator<Item = &str> {
     let optional = args.optional.iter().filter_map(|(_, value)| match value {
         Optional::Value(expr) => Some(expr),
         _ => None,
@@ -96,19 +109,23 @@ impl<'a> Interpreter<'a> {
         self.outputs.get(key).map(|value| Value::Num(*value))
     }
 
+    /// Why what a function gives is not known, and what may help.
+    pub(super) fn why_unknown(&self, function: &Name, args: &Args) -> String {
+        let head = format!("function '{}' is known only at run time", function.shown);
+        match args.positional.first() {
+            Some(Expr::Ref(signal))
+                if READ.contains(&function.key.as_str())
+                    && !self.forgotten.contains(&signal.name.key) =>
+            {
+                let name = &signal.name.shown;
+                format!("{head}; assume: {{\"{name}\": …}} in the job can give what {name} is")
+            }
+            _ => head,
+        }
+    }
+
     /// What the signal that a function reads has been set to, or what the job assumes of it.
     pub(super) fn signal(&self, function: &str, args: &Args) -> Option<Value> {
-        const READ: [&str; 9] = [
-            "dinput",
-            "doutput",
-            "ginput",
-            "goutput",
-            "ainput",
-            "aoutput",
-            "testdi",
-            "ginputdnum",
-            "goutputdnum",
-        ];
         let Some(Expr::Ref(signal)) = args.positional.first() else { return None };
         let key = signal.name.key.as_str();
         let value = || self.output(key).or_else(|| self.assumed(key));

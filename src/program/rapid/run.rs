@@ -48,6 +48,7 @@ impl<'a> Interpreter<'a> {
         self.warn_of_traps();
         self.frames.push(HashMap::new());
         self.call_routine(routine, args);
+        self.tell_who_moves(routine);
     }
 
     pub(super) fn block(&mut self, block: &'a Block) -> Flow {
@@ -176,10 +177,12 @@ impl<'a> Interpreter<'a> {
         for effect in [asked].into_iter().chain(effects).collect::<Vec<_>>() {
             match effect {
                 Effect::Motion => {
-                    let what = format!(
-                        "{keyword} decides about motion at run time: {why}; assume: in the job \
-                         can settle it"
-                    );
+                    // Where the cause is a signal that is read, its name is told already.
+                    let hint = match why.contains("assume: {") {
+                        true => "",
+                        false => "; assume: in the job can settle it",
+                    };
+                    let what = format!("{keyword} decides about motion at run time: {why}{hint}");
                     self.log.error(Code::Motion, line, what);
                     return;
                 }
@@ -193,6 +196,11 @@ impl<'a> Interpreter<'a> {
                 }
             }
         }
+    }
+
+    /// Whether nothing in the block of a routine moves, or may.
+    pub(super) fn is_still(&self, block: &'a Block) -> bool {
+        matches!(self.effect(block, true, &mut HashSet::new()), Effect::Data(_))
     }
 
     /// `is_called`: of a routine, which RETURN ends alone; `seen`: routines counted already.
@@ -486,6 +494,7 @@ impl<'a> Interpreter<'a> {
             _ if instructions::sounds_like_motion(key) || self.passes_a_target(args) => {
                 let what = format!("instruction '{}' moves and is not understood", name.shown);
                 self.log.error(Code::Motion, line, what);
+                self.fill_found(name, args);
             }
             _ if sets => {}
             "connect" => {

@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 
 use super::interpreter::Interpreter;
+use super::outputs::references;
 use super::syntax::{Args, Expr, File, Name, Path, What};
 use super::value::Value;
 use super::walk::{names_in, statements_in};
@@ -77,6 +78,18 @@ impl<'a> Interpreter<'a> {
     fn is_late(&mut self, args: &'a Args) -> bool {
         let mut options = self.options(args).into_iter();
         options.any(|(name, delay_s)| name == "sdelay" && delay_s != Value::Num(0.0))
+    }
+
+    /// A tool of the files that is called as a signal of the job is, stands for itself: its move
+    /// names nothing that the run would set.
+    pub(super) fn names_tool(&mut self, line: usize, tool: &'a Expr, args: &'a Args) {
+        let Expr::Ref(path) = tool else { return };
+        let key = &path.name.key;
+        let is_tool = self.file.data.get(key).is_some_and(|data| data.kind == "tooldata");
+        let is_alone = references(args).filter(|name| name == key).count() == 1;
+        if is_tool && is_alone && self.would_assign(path) {
+            self.log.sets(line);
+        }
     }
 
     /// Whether an assignment sets something; then it is done.

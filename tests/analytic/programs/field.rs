@@ -75,7 +75,7 @@ fn parameters_frames_by_number_and_relative_motion_of_krl() {
     );
     let ends = [[0.0, 0.0, 100.0], [25.0, 0.0, 100.0], [25.0, 5.0, 100.0]];
     assert_ends(&of(&text, Dialect::Krl), &[('T', ends[0]), ('L', ends[1]), ('L', ends[2])]);
-    let text = format!("DEF p()\n{START}\nLIN_REL {{Y 5}} #TOOL\nEND\n");
+    let text = format!("DEF p()\n{START}\nPTP_REL {{Y 5}} #TOOL\nEND\n");
     refused(&text, Dialect::Krl, "relative to the tool (#TOOL)");
     let mut job = settings();
     let at = nalgebra::Isometry3::translation(0.0, 0.0, 0.2);

@@ -9,6 +9,7 @@ mod controllers;
 mod field;
 mod filled;
 mod fuzz;
+mod gaps;
 mod gcode;
 mod heidenhain;
 mod outputs;

@@ -214,7 +214,7 @@ fn a_tp_program_with_frames_of_the_job() {
 fn tp_that_is_not_understood_is_refused_with_its_line() {
     for (statement, said) in [
         ("L P[9] 5mm/sec FINE", "P[9] is not in /POS"),
-        ("L PR[9] 5mm/sec FINE", "known only at run time"),
+        ("A PR[9] 5mm/sec FINE", "known only at run time"),
         ("L P[2] 5mm/sec FINE Offset,PR[1]", "shifts the target"),
         ("L P[2] 5mm/sec FINE HOP", "'HOP' behind the target"),
         ("L P[1] 5mm/sec FINE", "a line or arc to joint positions"),
