@@ -50,6 +50,8 @@ pub(super) struct Decorrelation {
     drift: Vec<(Vec<f64>, f64)>,
     /// ln of the map's determinant.
     pub(super) ln_determinant: f64,
+    /// What of it the drift's constant part costs.
+    pub(super) ln_constant: f64,
 }
 
 /// Where a frequency stands.
@@ -99,6 +101,7 @@ impl Decorrelation {
         };
         // What drifts by so much may have been off by as much before the first row.
         let columns: Vec<Vec<f64>> = (0..=POWERS).map(column).collect();
+        self.ln_constant = -0.5 * columns[0].iter().map(|own| own * own).sum::<f64>().ln_1p();
         let z = DMatrix::from_fn(points.len(), columns.len(), |i, k| columns[k][i]);
         let eigen = z.tr_mul(&z).symmetric_eigen();
         for (k, &square) in eigen.eigenvalues.iter().enumerate() {

@@ -28,10 +28,8 @@ pub(super) fn shape_of(data: &Data, residuals: &[Option<f64>]) -> Option<NoiseSh
         let shaped = data.shaped(shape.clone());
         let innovations = shaped.decorrelation.of_residuals(residuals);
         // Without its middle, what a drift was off by before the first row costs nothing.
-        let free = 0.5 * (n * shape.drift.powi(2)).ln_1p();
-        noise(&shaped.points, &innovations).ln_likelihood
-            + shaped.decorrelation.ln_determinant
-            + free
+        let map = &shaped.decorrelation;
+        noise(&shaped.points, &innovations).ln_likelihood + (map.ln_determinant - map.ln_constant)
             - shape.cost
     };
     let plain = evidence(&NoiseShape::plain());

@@ -354,17 +354,22 @@ fn companions(modes: &mut [Mode], notes: &mut Notes) {
         let Some(of) = modes.iter().find(is_of).filter(|_| mode.suspicion.is_none()) else {
             continue;
         };
+        // Two responses tell shapes apart too badly to leave out what may be a mode.
+        let is_known = mode.shape.len() >= 3;
         let what = format!(
             "{:.3} Hz with a damping ratio of {:.1} % has the shape of the mode at {:.3} Hz with \
              {:.1} %: damping that changes with amplitude, as of friction, makes such a companion; \
-             left out of the table; hit less hard",
+             {}; hit less hard",
             mode.frequency_hz,
             percent_from_ratio(mode.damping_ratio),
             of.frequency_hz,
             percent_from_ratio(of.damping_ratio),
+            if is_known { "left out of the table" } else { "with two responses it is kept" }
         );
         notes.warning(Code::AmplitudeDependent, None, what);
-        modes[at].suspicion = Some(Code::AmplitudeDependent);
+        if is_known {
+            modes[at].suspicion = Some(Code::AmplitudeDependent);
+        }
     }
 }
 

@@ -35,6 +35,12 @@ pub(super) struct Feed {
     pub(super) value: Option<f64>,
 }
 
+/// How far over the last depth a peck stops where nothing says, as HEIDENHAIN's and Siemens' cycles
+/// have it, by the depth of the hole. mm.
+pub(super) fn over_peck(depth: f64) -> f64 {
+    (depth / 50.0).clamp(0.6, 7.0)
+}
+
 /// A hole along the tool axis, mm above the place that it is drilled at.
 #[derive(Debug, Clone)]
 pub(super) struct Hole {

@@ -128,9 +128,11 @@ fn changes(words: &[Word], plan: &Plan<'_>, text: &str) -> Result<Changes, Strin
             States::Tap => {
                 let Change { speed_ratio, feed_ratio, .. } = change;
                 if (speed_ratio - feed_ratio).abs() > SLACK * speed_ratio {
-                    return Err("it taps (G84, G74, CYCLE/TAP), and with this feed the pitch \
+                    return Err(
+                        "it taps (G84, G74, cycle 206, CYCLE/TAP), and with this feed the pitch \
                                 would change"
-                        .to_owned());
+                            .to_owned(),
+                    );
                 }
                 continue;
             }

@@ -240,6 +240,9 @@ fn the_companion_that_friction_makes_is_no_mode() {
                 v += h / 6.0 * (a + 2.0 * (b + c) + d);
             }
         }
+        // A third sensor between both joints.
+        let between = seen[0].iter().zip(&seen[1]).map(|(a, b)| 0.6 * a + 0.5 * b).collect();
+        seen.push(between);
         let seen = noisy(&seen, 0.01, &mut seeded(70 + seed as u64));
         let hammer = record(RATE, Some(heard), seen, Quantity::Acceleration);
         let found = identify_record(&hammer, &asked(&[]));

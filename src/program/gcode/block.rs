@@ -129,7 +129,7 @@ pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> R
                 block.optional = true;
                 lexer.at += 1;
             }
-            // A label; what jumps to it is refused.
+            // A label.
             b':' if lexer.is_behind_name() && block.is_label() => {
                 block.names.clear();
                 lexer.at += 1;

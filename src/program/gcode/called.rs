@@ -6,18 +6,12 @@ use super::siemens::{Cycle, DrillingCall};
 use super::state::Machine;
 use crate::program::Pace;
 use crate::program::arc::Plane;
-use crate::program::cutter::{Feed, FeedKind, Hole};
+use crate::program::cutter::{self, Feed, FeedKind, Hole};
 use crate::program::log::States;
 use crate::units::hz_from_rpm;
 
 /// How far the drill goes back to break chips where the call has no _VRT, mm.
 const CHIP_BREAK_MM: f64 = 1.0;
-
-/// How far over the last depth a peck stops where the call has no _DIS1: so much, of deep holes a
-/// share of the depth, mm.
-const PECK_CLEARANCE_MM: f64 = 0.6;
-const PECK_CLEARANCE_SHARE: f64 = 1.0 / 50.0;
-const MOST_PECK_CLEARANCE_MM: f64 = 7.0;
 
 impl Machine<'_> {
     /// A hole where the tool is.
@@ -28,6 +22,7 @@ impl Machine<'_> {
             return Err("a cycle in inverse time or on turned work is not supported".to_owned());
         }
         let place = self.cutter.place().ok_or("a cycle from an unknown position")?;
+        call.refuse_others(w)?;
         let need =
             |at: usize, name: &str| call.get(at).ok_or_else(|| format!("the cycle has no {name}"));
         let surface = need(1, "RFP")?;
@@ -35,10 +30,11 @@ impl Machine<'_> {
         let clearance = need(2, "SDIS")?.abs();
         let depth = call.depth([3, 4], call.mode(0), surface)?;
         let depth = surface - depth.ok_or("the cycle has no DP and no DPR")?;
-        if !(depth > 0.0 && back >= surface) {
-            return Err(format!(
-                "the bottom must lie {depth} mm below RFP, and RTP ({back}) not below it"
-            ));
+        if depth <= 0.0 {
+            return Err(format!("the bottom must lie below RFP ({surface})"));
+        }
+        if back < surface {
+            return Err(format!("RTP ({back}) must not lie below RFP ({surface})"));
         }
         let shank = match call.cycle {
             Cycle::Drill => 6,
@@ -51,15 +47,20 @@ impl Machine<'_> {
         let feed = self.cutter.pace()?;
         let of_words = |own: &Self, at: usize| {
             let value = call.get(at).filter(|feed| *feed > 0.0);
-            let value = value.map(|feed| own.mm(feed));
+            let value = value.map(|feed| own.feed_in(own.cutter.feed.kind, feed));
             let pace = value.map(|_| own.cutter.pace_of(Feed { value, ..own.cutter.feed }));
             pace.transpose()
         };
         let (feed, out) = match call.cycle {
             Cycle::Ream => {
                 let [own, out] = [6, 7].map(|at| of_words(self, at));
-                for value in [6, 7].into_iter().filter_map(|at| call.get(at)) {
-                    self.cutter.log.states(line, None, States::Feed { value });
+                let given = [6, 7].into_iter().filter_map(|at| call.get(at));
+                for value in given.filter(|value| *value > 0.0) {
+                    let states = match self.cutter.feed.kind {
+                        FeedKind::PerRevolution => States::FeedPerRevolution,
+                        _ => States::Feed { value },
+                    };
+                    self.cutter.log.states(line, None, states);
                 }
                 let feed = own?.unwrap_or(feed);
                 (feed, out?.unwrap_or(feed))
@@ -85,9 +86,7 @@ impl Machine<'_> {
             // VARI 0 breaks chips, 1 takes them out.
             lift = (call.get(11).unwrap_or(0.0) == 0.0)
                 .then(|| given(14).map_or(CHIP_BREAK_MM, |back| self.mm(back)));
-            let own = (self.mm(depth) * PECK_CLEARANCE_SHARE)
-                .clamp(PECK_CLEARANCE_MM, MOST_PECK_CLEARANCE_MM);
-            over_peck = given(16).map_or(own, |distance| self.mm(distance));
+            over_peck = given(16).map_or(cutter::over_peck(self.mm(depth)), |over| self.mm(over));
         }
         let origin = self.shift.total()[w];
         let [surface, back, clearance] = [surface, back, clearance].map(|length| self.mm(length));
@@ -106,6 +105,7 @@ impl Machine<'_> {
         let mut over = place;
         over[w] = 0.0;
         self.cutter.hole(line, over, Vector3::ith(w, 1.0), &hole);
+        self.cuts(line);
         Ok(())
     }
 

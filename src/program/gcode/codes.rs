@@ -100,17 +100,23 @@ fn run_checked(
     }
     spindle_and_tool(machine, &once, line, offset, block)?;
     moves(machine, &once, line, block)?;
-    // In a block of its own a call without MCALL has drilled already.
-    if block.has_any(&AXES)
+    // MCALL's cycle runs behind every block that moves.
+    let turns = block.has_any(&super::rotary::LETTERS);
+    let is_arc = matches!(machine.motion, Motion::Arc { .. }) && block.has_any(b"IJK");
+    if (block.has_any(&AXES) || turns || is_arc)
         && once.sets.is_none()
         && !once.dwell
-        && let Some(call) = machine.called.clone()
+        && let Some(call) = machine.called.take()
     {
-        machine.drill_call(line, &call)?;
+        let done = machine.drill_call(line, &call);
+        machine.called = Some(call);
+        done?;
     }
     // LinuxCNC stops the spindle before the motion of the block, Fanuc after it: taken to turn on
     // the way.
     if block.codes('M').any(|code| code == 50) {
+        // A line that ends in a corner is not drawn yet.
+        machine.no_corner()?;
         machine.cutter.turn_spindle(line, false);
     }
     flow_codes(machine, flow, line, block)
@@ -192,7 +198,7 @@ fn modal(
         700 | 710 => machine.set_unit(code == 700, machine.is_sinumerik),
         280 | 300 => once.reference = true,
         // Its reference, and its fixed point.
-        740 | 750 if machine.is_sinumerik => once.reference = true,
+        740 | 750 if machine.is_sinumerik => once.machine = Some("G74/G75"),
         410 | 420 => {
             let what = "G41/G42: the path is read as programmed";
             machine.cutter.log.warning(Code::Assumed, line, what);

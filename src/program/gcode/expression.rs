@@ -128,11 +128,22 @@ pub(super) struct Reader<'t> {
     depth: usize,
     /// Parentheses hold comments, not terms.
     has_comments: bool,
+    /// What joins the terms of the brackets that are open.
+    joined: Joined,
+}
+
+/// Operators beside each other.
+#[derive(Debug, Clone, Copy, Default)]
+struct Joined {
+    /// `<`, `==` and the like.
+    by_symbol: bool,
+    /// AND, OR, XOR.
+    by_word: bool,
 }
 
 impl<'t> Reader<'t> {
     pub(super) fn new(bytes: &'t [u8], at: usize, parameters: &'t Parameters) -> Self {
-        Self { bytes, at, parameters, depth: 0, has_comments: false }
+        Self { bytes, at, parameters, depth: 0, has_comments: false, joined: Joined::default() }
     }
 
     /// As RS-274 and Fanuc have it; Sinumerik has terms in parentheses.
@@ -242,7 +253,9 @@ impl<'t> Reader<'t> {
             }
             Some(open @ (b'[' | b'(')) => {
                 self.at += 1;
+                let outside = std::mem::take(&mut self.joined);
                 let value = self.deeper(|reader| reader.binary(0))?;
+                self.joined = outside;
                 self.expect(if open == b'[' { b']' } else { b')' })?;
                 Ok(value)
             }
@@ -299,6 +312,7 @@ impl<'t> Reader<'t> {
             "TAN" => |x| rad_from_deg(x).tan(),
             "ASIN" => |x| deg_from_rad(x.asin()),
             "ACOS" => |x| deg_from_rad(x.acos()),
+            "ATAN" if self.bytes.get(self.at) == Some(&b'2') => return self.of_vector(),
             "ATAN" => return self.arc_tangent(),
             _ => return Err(format!("'{name}' is not understood in an expression")),
         };
@@ -327,6 +341,17 @@ impl<'t> Reader<'t> {
         Ok(deg_from_rad(y.atan2(x)))
     }
 
+    /// Sinumerik's `ATAN2(y, x)`.
+    fn of_vector(&mut self) -> Result<f64, String> {
+        self.at += 1;
+        self.expect(b'(')?;
+        let y = self.deeper(|reader| reader.binary(0))?;
+        self.expect(b',')?;
+        let x = self.deeper(|reader| reader.binary(0))?;
+        self.expect(b')')?;
+        Ok(deg_from_rad(not_vacant(y)?.atan2(not_vacant(x)?)))
+    }
+
     pub(super) fn expression(&mut self) -> Result<f64, String> {
         self.deeper(|reader| reader.binary(0))
     }
@@ -340,9 +365,16 @@ impl<'t> Reader<'t> {
                 self.at = before;
                 return Ok(left);
             };
+            let is_symbol = matches!(self.bytes.get(self.at - 1), Some(b'<' | b'>' | b'='));
             // Fanuc has AND before OR, LinuxCNC takes them as they come.
             if strength == 0 && joined.replace(name).is_some_and(|before| before != name) {
                 return Err(format!("{name} beside another of AND, OR and XOR: put brackets"));
+            }
+            // Sinumerik has comparisons behind AND, others before it.
+            self.joined.by_symbol |= is_symbol;
+            self.joined.by_word |= strength == 0;
+            if self.joined.by_symbol && self.joined.by_word {
+                return Err("a comparison beside AND, OR or XOR: put brackets".to_owned());
             }
             let right = self.deeper(|reader| reader.binary(strength + 1))?;
             left = apply(name, left, right)?;

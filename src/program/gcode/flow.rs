@@ -66,6 +66,8 @@ pub(super) struct Flow<'t> {
     o_words: Vec<OWord>,
     /// Fanuc's programs, by number, and its WHILE loops, by line of WHILE and of END.
     programs: HashMap<i64, usize>,
+    /// Lines by their block number, in order.
+    numbers: HashMap<i64, Vec<usize>>,
     loops: Vec<(usize, usize)>,
 }
 
@@ -84,6 +86,7 @@ impl<'t> Flow<'t> {
             structure: if is_sinumerik { Structure::of(lines) } else { Structure::default() },
             o_words: Vec::new(),
             programs: HashMap::new(),
+            numbers: HashMap::new(),
             loops: Vec::new(),
         };
         flow.index();
@@ -93,6 +96,10 @@ impl<'t> Flow<'t> {
     fn index(&mut self) {
         let mut open: Vec<(i64, usize)> = Vec::new();
         for (line, (_, content)) in self.lines.iter().enumerate() {
+            let number = content.trim_start().strip_prefix(['N', 'n']).and_then(leading_number);
+            if let Some(number) = number {
+                self.numbers.entry(number).or_default().push(line);
+            }
             let content = stripped(content);
             match content.as_bytes().first() {
                 Some(b'O' | b'o') => {
@@ -332,23 +339,25 @@ impl<'t> Flow<'t> {
         let heads = || self.programs.values().copied();
         let head = heads().filter(|head| *head <= here).max().unwrap_or(0);
         let end = heads().filter(|head| *head > here).min().unwrap_or(self.lines.len());
-        let target = self.numbered(number as i64, (self.next..end).chain(head..self.next));
+        let number = number as i64;
+        let ahead = self.numbered(number, self.next..end);
+        let target = ahead.or_else(|| self.numbered(number, head..self.next));
         self.next = target.ok_or_else(|| format!("there is no N{number} in this program"))?;
         Ok(())
     }
 
     /// The first of these lines that has a block number.
-    pub(super) fn numbered(
-        &self,
-        number: i64,
-        mut lines: impl Iterator<Item = usize>,
-    ) -> Option<usize> {
-        let is_target = |(_, line): &(usize, &str)| {
-            let line = line.trim_start();
-            line.starts_with(['N', 'n'])
-                && leading_number(line.get(1..).unwrap_or("")) == Some(number)
-        };
-        lines.find(|&line| self.lines.get(line).is_some_and(is_target))
+    pub(super) fn numbered(&self, number: i64, lines: std::ops::Range<usize>) -> Option<usize> {
+        let all = self.numbers.get(&number)?;
+        let first = all.partition_point(|line| *line < lines.start);
+        all.get(first).copied().filter(|line| lines.contains(line))
+    }
+
+    /// The last line up to this one that has a block number.
+    pub(super) fn last_numbered(&self, number: i64, line: usize) -> Option<usize> {
+        let all = self.numbers.get(&number)?;
+        let behind = all.partition_point(|own| *own <= line);
+        behind.checked_sub(1).and_then(|last| all.get(last)).copied()
     }
 
     fn o_statement(&mut self, here: &OWord, behind: Behind<'_>) -> Result<(), String> {

@@ -128,6 +128,9 @@ impl Machine<'_> {
                 self.called = Some(call);
                 return Ok(Name::None);
             }
+            if block.words.iter().any(|word| word.letter != b'N') {
+                return Err(format!("{name}: the cycle must stand in a block of its own"));
+            }
             return self.drill_call(line, &call).map(|()| Name::None);
         }
         if HARMLESS.contains(&name) {
@@ -152,12 +155,19 @@ impl Machine<'_> {
             };
             match block.has_any(&AXES) {
                 false if resets => {
+                    // What begins anew ends TRANS, too.
+                    if !name.starts_with('A') {
+                        self.shift.translate([None; 3], false);
+                    }
                     if name == "CYCLE800" && retracts(inside) {
                         self.cutter.leave(line, [true; 3], "CYCLE800");
                     }
                     return Ok(Name::None);
                 }
                 true if resets && by_zero && zeros() && block.names.len() == 1 => {
+                    if !name.starts_with('A') {
+                        self.shift.translate([None; 3], false);
+                    }
                     return Ok(Name::Frame);
                 }
                 _ => {}
@@ -173,7 +183,7 @@ impl Machine<'_> {
     }
 }
 
-/// Cycles that are not settings.
+/// Cycles, but for those that set something.
 fn is_drilling(name: &str) -> bool {
     name.starts_with("CYCLE") && !matches!(name, "CYCLE832" | "CYCLE800")
 }

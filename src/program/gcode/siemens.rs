@@ -68,7 +68,29 @@ impl DrillingCall {
         word / 10_i64.pow(digit.unsigned_abs()) % 10
     }
 
-    /// A depth from an absolute and a relative word, mm in the program's coordinates.
+    /// A word that changes the axis or the plane, or that is not read, for a plane's normal.
+    pub(super) fn refuse_others(&self, normal: usize) -> Result<(), String> {
+        let (plane, last, axis) = match self.cycle {
+            Cycle::Drill => (7, 8, None),
+            Cycle::Peck => (18, 19, Some(12)),
+            Cycle::Ream => (9, 10, None),
+        };
+        // Saturates; modes have few digits.
+        let digit = self.get(plane).unwrap_or(0.0).abs() as i64 % 10;
+        if digit != 0 && digit != 3 - normal as i64 {
+            return Err("the cycle has a plane of its own (_DMODE): not supported".to_owned());
+        }
+        if axis.and_then(|at| self.get(at)).is_some_and(|axis| axis == 1.0 || axis == 2.0) {
+            return Err("the cycle has an axis of its own (_AXN): not supported".to_owned());
+        }
+        let others = self.parameters.iter().skip(last + 1).flatten();
+        if others.into_iter().any(|value| *value != 0.0) {
+            return Err(format!("a word of the cycle behind the {}th is not supported", last + 1));
+        }
+        Ok(())
+    }
+
+    /// A depth from an absolute and a relative word, in the program's coordinates.
     pub(super) fn depth(
         &self,
         [absolute, relative]: [usize; 2],
@@ -88,7 +110,7 @@ impl DrillingCall {
         }
     }
 
-    /// Below the reference plane, mm, positive: each peck, with the degression of CYCLE83.
+    /// Below the reference plane, positive: each peck, with the degression of CYCLE83.
     pub(super) fn pecks(&self, depth: f64, first: f64) -> Result<Vec<f64>, String> {
         let least = self.get(13).filter(|least| *least > 0.0);
         let less = self.get(7).unwrap_or(0.0);
@@ -104,8 +126,8 @@ impl DrillingCall {
             } else {
                 stroke.min(left)
             };
-            if !(own > 0.0) || depths.len() >= MOST_PECKS {
-                return Err(format!("a first depth of {first} mm gives no pecks"));
+            if !(own > 0.0 && depths.len() < MOST_PECKS) {
+                return Err(format!("a first depth of {first} gives no pecks, or too many"));
             }
             at += own;
             depths.push(at);

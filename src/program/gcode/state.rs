@@ -153,15 +153,20 @@ impl<'a> Machine<'a> {
             return Err(format!("F is {}, must be positive", word.value));
         }
         let kind = self.cutter.feed.kind;
-        let value = match kind {
-            FeedKind::InverseTime => word.value,
-            _ if self.feed_in_inches => mm_from_inch(word.value),
-            _ => word.value,
-        };
+        let value = self.feed_in(kind, word.value);
         let feed = Feed { kind, value: Some(value) };
         let span = word.span.map(|span| span.behind(offset));
         self.cutter.state_feed(line, feed, word.value, span);
         Ok(())
+    }
+
+    /// A feed as the program writes it, in mm where it is a length.
+    pub(super) fn feed_in(&self, kind: FeedKind, written: f64) -> f64 {
+        match kind {
+            FeedKind::InverseTime => written,
+            _ if self.feed_in_inches => mm_from_inch(written),
+            _ => written,
+        }
     }
 
     pub(super) fn select_tool(&mut self, tool: f64) -> Result<(), String> {

@@ -124,6 +124,9 @@ impl Flow<'_> {
         let head = self.structure.labels.get(&label.to_uppercase()).copied();
         let head = head.filter(|head| *head < line);
         let head = head.ok_or_else(|| format!("REPEAT: there is no label {label} before it"))?;
+        if self.structure.labels.get("ENDLABEL").is_some_and(|end| (head..line).contains(end)) {
+            return Err("REPEAT up to ENDLABEL is not supported".to_owned());
+        }
         let left = match self.repeats.remove(&line) {
             Some(left) => left,
             None => {
@@ -148,14 +151,14 @@ impl Flow<'_> {
         let digits = target.strip_prefix('N').filter(|digits| {
             !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
         });
-        let ahead = line + 1..self.lines.len();
         let found = match digits.and_then(|digits| digits.parse().ok()) {
             Some(number) => {
-                let back = 0..line + 1;
+                let ahead = self.numbered(number, line + 1..self.lines.len());
+                let back = || self.last_numbered(number, line);
                 match word {
-                    "GOTOF" => self.numbered(number, ahead),
-                    "GOTOB" => self.numbered(number, back.rev()),
-                    _ => self.numbered(number, ahead.chain(back)),
+                    "GOTOF" => ahead,
+                    "GOTOB" => back(),
+                    _ => ahead.or_else(back),
                 }
             }
             None => self.structure.labels.get(&target).copied().filter(|at| match word {

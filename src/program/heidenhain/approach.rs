@@ -238,7 +238,7 @@ pub(super) fn heading(radius: Vector2<f64>, clockwise: bool) -> Option<Vector2<f
     (left(radius) * sense).try_normalize(ZERO)
 }
 
-/// A length of a block, mm, which must not be negative.
+/// A length of a block, mm, which must be positive.
 fn length(block: &Block<'_>, name: &str) -> Result<f64, String> {
     let value = block.get(name).ok_or_else(|| format!("{} without {name}", block.name(0)))?;
     if value > 0.0 { Ok(value) } else { Err(format!("{name} is {value}, must be positive")) }

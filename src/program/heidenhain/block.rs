@@ -116,12 +116,12 @@ pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
     found
 }
 
-/// `Q200=2`: no parameter of the program's own has so high a number.
+/// `Q200=2`: below 1600 no parameter of the program's own has so high a number.
 fn is_of_cycle(line: &str) -> bool {
     let rest = line.trim_start().strip_prefix('Q').unwrap_or("");
     let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
     let number = rest.get(..digits).and_then(|digits| digits.parse::<u32>().ok());
-    number.is_some_and(|number| number >= FIRST_OF_CYCLES)
+    number.is_some_and(|number| (FIRST_OF_CYCLES..1600).contains(&number))
         && rest.get(digits..).is_some_and(|rest| rest.trim_start().starts_with('='))
 }
 

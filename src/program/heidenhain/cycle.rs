@@ -8,7 +8,7 @@ use super::block::{Block, Word};
 use super::{Reader, is_of_motion};
 use crate::notes::Code;
 use crate::program::Pace;
-use crate::program::cutter::{Feed, FeedKind, Hole};
+use crate::program::cutter::{Feed, FeedKind, Hole, over_peck};
 use crate::program::log::States;
 use crate::program::span::Span;
 use crate::units::m_per_s_from_mm_per_min;
@@ -63,7 +63,11 @@ impl Reader<'_, '_> {
                 self.cutter.log.warning(Code::ChangeIgnored, line, what);
                 Ok(())
             }
-            _ if number.floor() == 32.0 || number == 247.0 || number == 392.0 => Ok(()),
+            _ if number == 247.0 => {
+                self.shift = Vector3::zeros();
+                Ok(())
+            }
+            _ if number.floor() == 32.0 || number == 392.0 => Ok(()),
             _ if number.floor() == 7.0 => self.shift_work(block),
             _ if number.floor() == 1.0 => self.pecking(line, number, block),
             // Of a cycle that is refused, its title alone is told.
@@ -140,20 +144,16 @@ impl Reader<'_, '_> {
 
     /// From where the tool is, the clearance over the work.
     fn peck(&mut self, line: usize, cycle: &Cycle) -> Result<(), String> {
-        /// How far over the last depth a peck stops; of deep holes a share of the depth. mm.
-        const OVER_PECK: f64 = 0.6;
-        const SHARE: f64 = 1.0 / 50.0;
-        const MOST: f64 = 7.0;
         let get = |name: &str| {
             let value = cycle.values.get(name).map(|(value, _)| *value);
             value.ok_or_else(|| format!("cycle 1 has no {name}"))
         };
         let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
         let clearance = self.mm(get("clearance")?).abs();
-        let depth = self.mm(get("depth")?).abs();
+        let depth = -self.mm(get("depth")?);
         let (feed, span) = *cycle.values.get("feed").ok_or("cycle 1 has no feed")?;
         if !(depth > 0.0 && feed > 0.0) {
-            return Err("cycle 1 needs a depth and a feed".to_owned());
+            return Err("cycle 1 needs a depth below zero, and a feed".to_owned());
         }
         self.cutter.log.states(cycle.line, span, States::Feed { value: feed });
         let depths = pecks(-depth, self.mm(get("step")?).abs(), 0.0, 0.0);
@@ -162,7 +162,7 @@ impl Reader<'_, '_> {
             clearance: at.z,
             lifts: vec![None; depths.len()],
             depths: depths.iter().map(|depth| surface + depth).collect(),
-            over_peck: (depth * SHARE).clamp(OVER_PECK, MOST),
+            over_peck: over_peck(depth),
             retract: at.z,
             feed: Pace::Feed(m_per_s_from_mm_per_min(self.mm_per_min(feed))),
             out: Pace::Rapid,
@@ -232,10 +232,16 @@ impl Reader<'_, '_> {
         if self.is_refused {
             return Ok(());
         }
-        let cycle = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
-        if cycle.number == 1.0 {
-            return self.peck(line, &cycle);
-        }
+        let cycle = self.cycle.take().ok_or("CYCL CALL without a drilling cycle")?;
+        let done = match cycle.number {
+            1.0 => self.peck(line, &cycle),
+            _ => self.drill_by(line, &cycle),
+        };
+        self.cycle = Some(cycle);
+        done
+    }
+
+    fn drill_by(&mut self, line: usize, cycle: &Cycle) -> Result<(), String> {
         let get = |name: &str| cycle.values.get(name).map(|(value, _)| *value);
         let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));
         let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
@@ -279,9 +285,14 @@ impl Reader<'_, '_> {
             207.0 => self.tapping_feed(need("Q239")?)?,
             _ => need("Q206")?,
         };
-        if matches!(cycle.number, 206.0 | 207.0) {
+        if cycle.number == 206.0 {
             self.cutter.taps(line);
             self.cutter.log.states(line, None, States::Tap);
+        }
+        // Its feed follows the speed by the pitch.
+        if cycle.number == 207.0 {
+            self.cutter.taps(line);
+            self.cutter.log.states(line, None, States::FeedPerRevolution);
         }
         let pace = |feed: f64| Pace::Feed(m_per_s_from_mm_per_min(self.mm_per_min(feed)));
         // Reaming and universal drilling say how fast the tool comes out, and by 0: as it went in.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Vector2, Vector3};
 
-use super::block::Block;
+use super::block::{Block, Word};
 use super::{Reader, approach, is_of_motion, is_rapid};
 use crate::notes::Code;
 use crate::program::Pace;
@@ -46,7 +46,9 @@ impl Reader<'_, '_> {
             }
         }
         let heads = if matches!(block.name(0), "APPR" | "DEP") { 2 } else { 1 };
-        if let Some(word) = block.words.iter().skip(heads).find(|word| !is_of_motion(word.name)) {
+        let of_way = |name: &str| heads == 2 && matches!(name, "LEN" | "CCA");
+        let unknown = |word: &&Word<'_>| !is_of_motion(word.name) && !of_way(word.name);
+        if let Some(word) = block.words.iter().skip(heads).find(unknown) {
             return Err(format!("'{}' is not understood", word.name));
         }
         self.feed(line, block)?;
@@ -65,11 +67,7 @@ impl Reader<'_, '_> {
         let in_machine = block.all("M").any(|code| code == 91.0 || code == 92.0);
         let retracts = block.all("M").any(|code| code == 140.0);
         if retracts && let Some(by) = block.get("MB") {
-            let [Some(x), Some(y), Some(z)] = self.cutter.at else {
-                return Err("M140 from an unknown position".to_owned());
-            };
-            self.cutter.line_to(line, Vector3::new(x, y, z + self.mm(by)), pace);
-            self.heading = None;
+            self.retract(line, block, by)?;
         } else if in_machine || retracts {
             let axes = ["X", "Y", "Z"].map(|axis| block.has(axis));
             let axes = if retracts { [false, false, true] } else { axes };
@@ -87,12 +85,36 @@ impl Reader<'_, '_> {
             self.line(line, block, pace)?;
         }
         if block.all("M").any(|code| code == 99.0) {
+            self.no_corner()?;
             self.drill(line)?;
         }
         if block.all("M").any(|code| code == 5.0) {
+            self.no_corner()?;
             self.cutter.turn_spindle(line, false);
         }
         Ok(())
+    }
+
+    /// M140 MB: along the tool axis by so much, at the feed behind it or at rapid.
+    fn retract(&mut self, line: usize, block: &Block<'_>, by: f64) -> Result<(), String> {
+        if ["X", "Y", "Z", "IX", "IY", "IZ"].iter().any(|axis| block.has(axis)) {
+            return Err("M140 MB beside X, Y or Z is not supported".to_owned());
+        }
+        let at = self.cutter.place().ok_or("M140 from an unknown position")?;
+        let behind = block.words.iter().skip_while(|word| word.name != "MB");
+        let feed = behind.filter(|word| word.name == "F").find_map(|word| word.value);
+        let pace = match feed {
+            Some(feed) => Pace::Feed(m_per_s_from_mm_per_min(self.mm_per_min(feed))),
+            None => Pace::Rapid,
+        };
+        self.cutter.line_to(line, at + Vector3::z() * self.mm(by), pace);
+        self.heading = None;
+        Ok(())
+    }
+
+    /// What ends a line that ends in a corner would come before the line is drawn.
+    fn no_corner(&mut self) -> Result<(), String> {
+        self.corner.take().map_or(Ok(()), |corner| Err(corner.misplaced()))
     }
 
     pub(super) fn line(

@@ -1,7 +1,7 @@
 //! Heidenhain's conversational programs → motions, as milling posts write them.
 //!
 //! Read: L, CC with C and CP in planes of two axes, CR, CT, LP, RND and CHF between lines, APPR
-//! and DEP in X/Y, TOOL CALL, F, FMAX, M, drilling cycles 200, 201, 203, 205 and 206 with CYCL
+//! and DEP in X/Y, TOOL CALL, F, FMAX, M, drilling cycles 1, 200, 201, 203 and 205 to 207 with CYCL
 //! CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP. Q parameters that formulas
 //! and FN 0 to 8 set stand for their numbers, FN 9 to 12 jump, cycle 7 shifts the work. Errors:
 //! other parameters, cycles and planes. The preset is the job's work object.
@@ -84,7 +84,7 @@ struct Reader<'a, 't> {
     is_refused: bool,
     /// F of the last TOOL CALL, which FAUTO means.
     feed_of_tool: Option<Feed>,
-    /// What FN 0 has set.
+    /// What formulas and FN 0 to 8 and 13 have set.
     parameters: Parameters,
     /// Cycle 7: where the program's zero is in the work object, mm.
     shift: Vector3<f64>,
@@ -187,12 +187,13 @@ impl<'a, 't> Reader<'a, 't> {
                 "Q parameters in words are read only where the program has set them".to_owned()
             );
         }
-        if let Some(block) = without_handwheel(block) {
+        let without = without_handwheel(block);
+        if without.is_some() {
             let what =
                 "M118 lets the operator's handwheel shift the path: it is read as programmed";
             self.cutter.log.warning(Code::Assumed, line, what);
-            return self.block(line, text, &block);
         }
+        let block = without.as_ref().unwrap_or(block);
         if parts_lines(block)
             && let Some(corner) = self.corner.take()
         {
@@ -250,13 +251,19 @@ impl<'a, 't> Reader<'a, 't> {
             "CALL" if block.name(1) == "LBL" => self.call(),
             "CALL" => Err("CALL PGM calls another program, which is not read".to_owned()),
             "PLANE" if block.has("RESET") || turns_nothing(block) => {
+                if block.has("MB") {
+                    self.cutter.leave(line, [false, false, true], "PLANE with MB");
+                }
                 // The angles of the rotary axes that it works out.
                 self.parameters.extend((120..=122).map(|number| (number, 0.0)));
                 Ok(())
             }
             "PLANE" => Err("PLANE tilts the working plane and is not supported".to_owned()),
             "TRANS" if block.has("RESET") => {
-                self.shift = Vector3::zeros();
+                let of_others = ["ROTATION", "MIRROR", "SCALE"].iter().any(|own| block.has(own));
+                if !of_others {
+                    self.shift = Vector3::zeros();
+                }
                 Ok(())
             }
             "M" => self.m_codes(line, block, false),
@@ -473,15 +480,20 @@ impl<'a, 't> Reader<'a, 't> {
     }
 }
 
-/// The block without the axes that stand behind M118: how far the handwheel may shift them. `None`
-/// if it has no M118.
+/// The block without M118 and the axes behind it: how far the handwheel may shift them. `None` if it
+/// has no M118.
 fn without_handwheel<'t>(block: &Block<'t>) -> Option<Block<'t>> {
-    let is_code = |word: &Word<'_>| word.name == "M";
-    let at = block.words.iter().position(|word| is_code(word) && word.value == Some(118.0))?;
-    let is_axis = |word: &&Word<'_>| ["X", "Y", "Z", "A", "B", "C"].contains(&word.name);
-    let limits = block.words[at + 1..].iter().take_while(is_axis);
-    let behind = at + 1 + limits.count();
-    let words = block.words[..at].iter().chain(&block.words[behind..]).copied().collect();
+    let begins = |word: &Word<'_>| word.name == "M" && word.value == Some(118.0);
+    if !block.words.iter().any(begins) {
+        return None;
+    }
+    let mut is_behind = false;
+    let mut stays = |word: &&Word<'t>| {
+        let is_axis = ["X", "Y", "Z", "A", "B", "C"].contains(&word.name);
+        is_behind = begins(word) || is_behind && is_axis;
+        !is_behind
+    };
+    let words = block.words.iter().filter(|word| stays(word)).copied().collect();
     Some(Block { words, quoted: block.quoted })
 }
 
@@ -493,7 +505,8 @@ fn turns_nothing(block: &Block<'_>) -> bool {
 /// Whether a block cannot stand between the two lines of a corner, which are drawn together.
 fn parts_lines(block: &Block<'_>) -> bool {
     let parts = |code: f64| ![7.0, 8.0, 9.0].contains(&code);
-    !matches!(block.name(0), "L" | "CC" | "RND" | "CHF" | "" | "M") || block.all("M").any(parts)
+    !matches!(block.name(0), "L" | "LP" | "CC" | "RND" | "CHF" | "" | "M")
+        || block.all("M").any(parts)
 }
 
 /// FMAX, which some posts write apart.
@@ -503,10 +516,9 @@ fn is_rapid(block: &Block<'_>) -> bool {
 
 /// Words that a block of motion may have behind its first.
 fn is_of_motion(name: &str) -> bool {
-    const WORDS: [&str; 32] = [
-        "", "LEN", "CCA", "X", "Y", "Z", "IX", "IY", "IZ", "A", "B", "C", "IA", "IB", "IC", "PR",
-        "PA", "IPA", "IPR", "DR", "R", "RL", "RR", "F", "FMAX", "FAUTO", "FU", "MAX", "AUTO", "M",
-        "MB", "Q",
+    const WORDS: [&str; 30] = [
+        "", "X", "Y", "Z", "IX", "IY", "IZ", "A", "B", "C", "IA", "IB", "IC", "PR", "PA", "IPA",
+        "IPR", "DR", "R", "RL", "RR", "F", "FMAX", "FAUTO", "FU", "MAX", "AUTO", "M", "MB", "Q",
     ];
     WORDS.contains(&name) || name.starts_with('Q')
 }

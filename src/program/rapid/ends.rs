@@ -30,7 +30,16 @@ impl<'a> Interpreter<'a> {
     /// `main` is often empty, and the path stands in a procedure of its own.
     pub(super) fn tell_who_moves(&mut self, start: &'a Routine) {
         const SHOWN: usize = 10;
-        let moves = |body: &'a Block| body.iter().any(|own| self.moves(&own.what));
+        // What was walked without a move needs no second walk.
+        let mut still: HashSet<&str> = HashSet::new();
+        let mut moves = |body: &'a Block| {
+            let mut seen = still.clone();
+            let found = body.iter().any(|own| self.moves_beyond(&own.what, &mut seen));
+            if !found {
+                still = seen;
+            }
+            found
+        };
         if self.log.has_moved() || !self.is_still(&start.body) {
             return;
         }
@@ -54,7 +63,11 @@ impl<'a> Interpreter<'a> {
 
     /// Whether a statement, or what it calls in the files, would move if it ran.
     fn moves(&self, what: &'a What) -> bool {
-        let mut seen: HashSet<&str> = HashSet::new();
+        self.moves_beyond(what, &mut HashSet::new())
+    }
+
+    /// The same, but for the procedures that were seen.
+    fn moves_beyond(&self, what: &'a What, seen: &mut HashSet<&'a str>) -> bool {
         let mut open = vec![what];
         while let Some(what) = open.pop() {
             let inner = blocks_in(what).into_iter().flatten();

@@ -1,7 +1,7 @@
 //! Sinumerik's drilling cycles and helices of several turns.
 
 use detune::notes::{Code, Note};
-use detune::program::{Dialect, Program, read};
+use detune::program::{Dialect, Program, RotaryAxis, Settings, read};
 
 use super::support::{assert_ends, end, settings};
 
@@ -97,6 +97,10 @@ fn reaming_has_feeds_of_its_own() {
     let program = run("CYCLE85(20,0,2,-8,,0,80,200)\n").unwrap();
     let feeds: Vec<f64> = program.moves[2..4].iter().map(|each| each.feed_m_per_s * 6e4).collect();
     assert!((feeds[0] - 80.0).abs() < 1e-9 && (feeds[1] - 200.0).abs() < 1e-9, "{feeds:?}");
+    // Under G70 lengths are inches, feeds stay as they are.
+    let inches = run("G70\nCYCLE85(1,0,.1,-1,,0,80,200)\n").unwrap();
+    let feed = inches.moves[2].feed_m_per_s * 6e4;
+    assert!((feed - 80.0).abs() < 1e-9, "{feed}");
 }
 
 #[test]
@@ -113,6 +117,24 @@ fn what_is_not_clear_is_refused() {
     refused("CYCLE82(20,0,2,-8,,0,1,0,0)\n", "shank");
     refused("SUPA G0 Z0\nCYCLE81(20,0,2,-8)\n", "unknown position");
     refused("CYCLE81(20,0,2,-8*)\n", "expression");
+    refused("CYCLE83(20,0,2,-8,,-3,,0,0,0,1,1,1)\n", "_AXN");
+    refused("CYCLE81(20,0,2,-8,,,0,2,0)\n", "_DMODE");
+    assert_heights("CYCLE81(20,0,2,-8,,,0,1,0)\n", &[2.0, -8.0, 2.0, 20.0]);
+    refused("CYCLE82(20,0,2,-8,,0,0,0,0,5)\n", "not supported");
+    refused("CYCLE81(20,0,2,-8) F300\n", "block of its own");
+    // A hole behind every block that moves, which turned work does not have.
+    let turned = Settings {
+        rotary_axes: vec![RotaryAxis {
+            letter: b'A',
+            axis: nalgebra::Vector3::x_axis(),
+            turns_work: true,
+            origin_mm: nalgebra::Vector3::zeros(),
+        }],
+        ..settings()
+    };
+    let text = format!("{HEAD}MCALL CYCLE81(20,0,2,-8)\nX10\nA90\nMCALL\nM30\n");
+    let found = read(text.as_bytes(), Dialect::Sinumerik, &turned).unwrap_err();
+    assert!(found[0].what.contains("turned work"), "{found:?}");
 }
 
 /// Two whole turns beyond the quarter: so much longer than the quarter alone.
@@ -198,6 +220,14 @@ fn words_as_posts_write_them() {
     // The zero is moved, and moved on, and back.
     assert_xs("TRANS X10\nG1 X1\nATRANS X5\nX1\nTRANS\nX1\n", &[11.0, 16.0, 1.0]);
     refused("TRANS X10 ROT Z5\nG1 X1\n", "shifts or turns");
+    // What begins a frame anew ends the one before; what adds to it does not.
+    assert_xs("TRANS X10\nROT\nG1 X1\nTRANS X5\nAROT Z0\nX1\n", &[1.0, 6.0]);
+    assert_xs("R1=ATAN2(30,80)\nG1 X=R1\n", &[30.0_f64.atan2(80.0).to_degrees()]);
+    // Its fixed point: the values name axes alone.
+    refused("G75 X0 Y0\nG1 Y5\n", "while X is not known");
+    refused("R1=0\nR2=0\nIF R1 AND R2==1 GOTOF OUT\nOUT: X1\n", "put brackets");
+    refused("A1: G1 X10\nENDLABEL:\nG1 X20\nREPEAT A1 P=2\n", "ENDLABEL");
+    refused("G1 X10 RND=2 M5\nY10\n", "between two lines");
     // Skipped from a place in the block on, where the operator says so.
     let skipped = run("G1 X3 /M8\n").unwrap();
     assert!(skipped.warnings.iter().any(|note| note.code == Code::MotionLeftOut));

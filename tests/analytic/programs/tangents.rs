@@ -244,6 +244,34 @@ fn deep_holes_and_taps() {
     }
 }
 
+/// What may stand beside a way back, and what ends a shift.
+#[test]
+fn a_way_back_and_the_ends_of_shifts() {
+    refused("L X+5 F100 M140 MB 20\n", "M140 MB beside X, Y or Z");
+    let program = run("L X+5 F100\nL M140 MB 20\nL M140 MB 5 F750\n").unwrap();
+    let feeds: Vec<f64> = program.moves.iter().map(|each| each.feed_m_per_s * 6e4).collect();
+    assert!(program.moves[2].timing == detune::motion::Timing::Rapid, "{feeds:?}");
+    close(feeds[3], 750.0);
+    close(places(&program)[3].1.z, 35.0);
+    // The plane takes the tool away first: where to, is not known.
+    refused("PLANE SPATIAL SPA+0 SPB+0 SPC+0 TURN MB+50 FMAX\nL X+5 F100\n", "Z is not known");
+    let x = |between: &str| {
+        let program = run(&format!("CYCL DEF 7.1 X+100\n{between}\nL X+1 F100\n")).unwrap();
+        places(&program).last().unwrap().1.x
+    };
+    close(x("TRANS ROTATION RESET"), 101.0);
+    close(x("TRANS DATUM RESET"), 1.0);
+    close(x("CYCL DEF 247 Q339=+1"), 1.0);
+    // A line that ends in a corner is drawn behind its own M codes.
+    refused("L X+40 F400 M5\nRND R5\nL Y+30\n", "between two lines");
+    refused(
+        "CYCL DEF 200 Q200=2 Q201=-5 Q206=99 Q203=0\nL X+40 F400 M99\nRND R5\nL Y+30\n",
+        "between two lines",
+    );
+    // Handwheel limits without end.
+    assert!(run(&format!("L X+1 F100{}\n", " M118 X1".repeat(20_000))).is_ok());
+}
+
 /// The pecking of older controls: from where the tool is, 2 mm over the work.
 #[test]
 fn pecking_of_older_controls() {
@@ -255,6 +283,7 @@ fn pecking_of_older_controls() {
     assert_eq!(z.len(), expected.len(), "{z:?}");
     z.iter().zip(expected).for_each(|(found, expected)| close(*found, expected));
     close(program.moves[2].feed_m_per_s * 6e4, 100.0);
+    refused(&format!("{}CYCL CALL\n", cycle.replace("-10.000", "+10.000")), "below zero");
     // Of a cycle that is not read, one error.
     let slot = "CYCL DEF 3.0 SLOT\nCYCL DEF 3.1 SET UP -2\nCYCL DEF 3.2 DEPTH -20\nL X+5 F100\n";
     assert_eq!(run(slot).unwrap_err().len(), 1);

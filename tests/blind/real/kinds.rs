@@ -60,6 +60,8 @@ struct Noise {
     common: f64,
     /// Change over the day.
     drift: f64,
+    /// The drift is none at the first row, not on average.
+    begins_right: bool,
 }
 
 /// One case.
@@ -124,7 +126,10 @@ impl Case {
         let level = dice.log_even(0.003, 0.008);
         let mut noise = Noise { of_mode: vec![level; modes], ..Noise::default() };
         match kind {
-            "calm_drift" => noise.drift = dice.even(0.01, 0.04) * dice.sign(),
+            "calm_drift" => {
+                noise.drift = dice.even(0.01, 0.04) * dice.sign();
+                noise.begins_right = dice.sign() > 0.0;
+            }
             "payload_drift" => noise.drift = dice.even(0.008, 0.02) * dice.sign(),
             "calm_common" => noise.common = level * dice.even(1.0, 2.5),
             "calm_unlike" | "payload_unlike" => {
@@ -326,7 +331,8 @@ fn measure(
 ) -> Vec<Option<f64>> {
     let together = noise.common * dice.normal();
     // Fast in the morning, slow at night.
-    let drift = noise.drift * ((-2.0 * share).exp() - 0.43) / 0.86;
+    let right = if noise.begins_right { 1.0 } else { 0.43 };
+    let drift = noise.drift * ((-2.0 * share).exp() - right) / 0.86;
     let seen = real.frequencies_hz(row, modes);
     let mut hz: Vec<f64> = seen
         .iter()
