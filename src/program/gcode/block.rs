@@ -241,8 +241,10 @@ impl<'t> Lexer<'t> {
                 self.at += equals.unwrap_or(length) + 1;
                 return self.named(&name, block);
             }
-            Some(b'(') if length > 1 => {
+            // A name of several letters has arguments there, no comment.
+            Some(_) if length > 1 && is_next(rest.get(length..), b'(') => {
                 self.at += length;
+                self.at += self.line.get(self.at..).and_then(|own| own.find('(')).unwrap_or(0);
                 let inside = self.parenthesis()?;
                 block.names.push((name, inside));
                 return Ok(());
@@ -334,8 +336,12 @@ impl<'t> Lexer<'t> {
             "TURN" => TURNS,
             // The main spindle is the first.
             "S1" | "M1" => bytes[0],
-            // How corners are smoothed, the most that the spindle may turn, and where it stands.
-            "ADIS" | "ADISPOS" | "CTOL" | "OTOL" | "ATOL" | "LIMS" | "SPOS" => {
+            "SPOS" | "SPOSA" => {
+                block.names.push(("SPOS".to_owned(), String::new()));
+                return self.expression(Reader::expression).map(|_| ());
+            }
+            // How corners are smoothed, and the most that the spindle may turn.
+            "ADIS" | "ADISPOS" | "CTOL" | "OTOL" | "ATOL" | "LIMS" => {
                 return self.expression(Reader::expression).map(|_| ());
             }
             _ if bytes.len() == 1 && bytes[0] != b'_' => bytes[0],
@@ -492,6 +498,12 @@ impl<'t> Lexer<'t> {
         let has_point = text.contains('.');
         add(block, Word { letter, value, span, counts: Counts::AsModal, has_point })
     }
+}
+
+/// Whether a byte comes next, behind blanks.
+fn is_next(rest: Option<&[u8]>, byte: u8) -> bool {
+    let mut rest = rest.unwrap_or_default().iter();
+    rest.find(|byte| !matches!(byte, b' ' | b'\t')) == Some(&byte)
 }
 
 /// Whether `=` comes next, behind blanks, and is no comparison.

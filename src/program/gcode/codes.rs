@@ -300,7 +300,9 @@ fn spindle_and_tool(
             50 => {}
             1980 => return Err("M198 calls a program that is not read".to_owned()),
             60 => machine.change_tool()?,
-            0 | 10 | 20 | 300 | 70..=99 | 170 | 190 | 480 | 490 | 600 | 970 | 980 | 990 => {}
+            // The spindle stands at an angle until it is started anew.
+            190 => machine.cutter.turn_spindle(line, false),
+            0 | 10 | 20 | 300 | 70..=99 | 170 | 480 | 490 | 600 | 970 | 980 | 990 => {}
             _ => starts |= unknown(machine, line, code, speed.is_some()),
         }
     }

@@ -6,7 +6,7 @@ use super::siemens::DrillingCall;
 use super::state::{AXES, Machine};
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 46] = [
+const HARMLESS: [&str; 45] = [
     "FNORM",
     "DIAMOF",
     "MSG",
@@ -43,7 +43,6 @@ const HARMLESS: [&str; 46] = [
     "RTLIOF",
     "RTLION",
     "UPATH",
-    "SPOS",
     "DYNNORM",
     "DYNPOS",
     "DYNROUGH",
@@ -94,6 +93,11 @@ impl Machine<'_> {
         }
         if name == "T=" {
             self.cutter.named_tool(line, inside);
+            return Ok(Name::None);
+        }
+        if name == "SPOS" {
+            // The spindle stands at an angle until it is started anew.
+            self.cutter.turn_spindle(line, false);
             return Ok(Name::None);
         }
         if name == "FGROUP" {

@@ -118,10 +118,12 @@ impl DrillingCall {
             return Err("DAM is a factor, and the cycle has no _MDEP".to_owned());
         }
         let (mut depths, mut at, mut stroke) = (Vec::new(), 0.0, first);
+        let floor = least.unwrap_or(if less > 0.0 { less } else { 0.0 });
         while depth - at > 1e-9 {
             let left = depth - at;
-            // What is left is drilled in two equal strokes.
-            let own = if less != 0.0 && at > 0.0 && left > stroke && left < 2.0 * stroke {
+            // Of the least strokes, the last two are equal.
+            let is_least = less != 0.0 && at > 0.0 && stroke <= floor;
+            let own = if is_least && left > stroke && left < 2.0 * stroke {
                 left / 2.0
             } else {
                 stroke.min(left)
@@ -132,7 +134,6 @@ impl DrillingCall {
             at += own;
             depths.push(at);
             let next = if less < 0.0 { stroke * -less } else { stroke - less };
-            let floor = least.unwrap_or(if less > 0.0 { less } else { 0.0 });
             stroke = next.max(floor).min(stroke);
         }
         Ok(depths)

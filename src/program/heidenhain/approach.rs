@@ -88,8 +88,8 @@ impl Reader<'_, '_> {
         let first = Vector2::new(x, y);
         let along = self.heading_of_next([Some(x), Some(y), Some(z)])?;
         let (way, arc) = match block.name(1) {
-            "LT" => (first - along * length(block, "LEN")?, None),
-            "LN" => (first + left(along) * (self.sign()? * length(block, "LEN")?), None),
+            "LT" => (first - along * self.length(block, "LEN")?, None),
+            "LN" => (first + left(along) * (self.sign()? * self.length(block, "LEN")?), None),
             "CT" => {
                 let (centre, sense, angle) = self.arc_at(block, first, along)?;
                 let back = turned(first - centre, -sense * angle);
@@ -97,7 +97,7 @@ impl Reader<'_, '_> {
             }
             "LCT" => {
                 let sense = self.sign()?;
-                let radius = length(block, "R")?;
+                let radius = self.length(block, "R")?;
                 let centre = first + left(along) * (sense * radius);
                 let toward = tangent_from(from.xy(), centre, radius, sense)?;
                 (toward, Some((centre, sense < 0.0)))
@@ -139,8 +139,8 @@ impl Reader<'_, '_> {
         let height = z.ok_or("DEP to an unknown position")?;
         let level = |at: Vector2<f64>| Vector3::new(at.x, at.y, depth);
         let end = match block.name(1) {
-            "LT" => here + along * length(block, "LEN")?,
-            "LN" => here + left(along) * (self.sign()? * length(block, "LEN")?),
+            "LT" => here + along * self.length(block, "LEN")?,
+            "LN" => here + left(along) * (self.sign()? * self.length(block, "LEN")?),
             "CT" => {
                 let (centre, sense, angle) = self.arc_at(block, here, along)?;
                 let end = centre + turned(here - centre, sense * angle);
@@ -150,7 +150,7 @@ impl Reader<'_, '_> {
             "LCT" => {
                 let end = Vector2::new(x.ok_or("DEP LCT without X")?, y.ok_or("and without Y")?);
                 let sense = self.sign()?;
-                let radius = length(block, "R")?;
+                let radius = self.length(block, "R")?;
                 let centre = here + left(along) * (sense * radius);
                 // The way backwards: from the end to the circle, in the other sense.
                 let off = tangent_from(end, centre, radius, -sense)?;
@@ -191,6 +191,16 @@ impl Reader<'_, '_> {
         let sense = self.sign()? * radius.signum();
         let centre = at + left(along) * (sense * radius.abs());
         Ok((centre, sense, crate::units::rad_from_deg(angle)))
+    }
+
+    /// A length of a block, mm, which must be positive.
+    fn length(&self, block: &Block<'_>, name: &str) -> Result<f64, String> {
+        let value = block.get(name).ok_or_else(|| format!("{} without {name}", block.name(0)))?;
+        if value > 0.0 {
+            Ok(self.mm(value))
+        } else {
+            Err(format!("{name} is {value}, must be positive"))
+        }
     }
 
     /// Where the contour's first element heads, from its first point.
@@ -236,12 +246,6 @@ impl Reader<'_, '_> {
 pub(super) fn heading(radius: Vector2<f64>, clockwise: bool) -> Option<Vector2<f64>> {
     let sense = if clockwise { -1.0 } else { 1.0 };
     (left(radius) * sense).try_normalize(ZERO)
-}
-
-/// A length of a block, mm, which must be positive.
-fn length(block: &Block<'_>, name: &str) -> Result<f64, String> {
-    let value = block.get(name).ok_or_else(|| format!("{} without {name}", block.name(0)))?;
-    if value > 0.0 { Ok(value) } else { Err(format!("{name} is {value}, must be positive")) }
 }
 
 /// Where a line from a point meets a circle that goes on in its direction, with the centre to the

@@ -160,13 +160,17 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
             let own = word(content, at, at, at + length, offset);
             let is_open = |before: &&mut Word<'t>| {
                 before.value.is_none()
-                    && before.sign.is_none()
                     && !before.name.is_empty()
+                    && before.name != "DR"
                     && !NUMBERED_BEHIND.contains(&before.name)
             };
-            // `S 1500`, `CCA 180`; the words before that take a number of their own do not.
+            // `S 1500`, `X+ 50`; the words before that take a number of their own do not.
             match words.last_mut().filter(is_open).filter(|_| own.value.is_some()) {
-                Some(before) => *before = Word { name: before.name, ..own },
+                Some(before) => {
+                    let is_negative = before.sign == Some(false);
+                    let value = own.value.map(|value| if is_negative { -value } else { value });
+                    *before = Word { name: before.name, value, ..own };
+                }
                 None => words.push(own),
             }
             at += length;

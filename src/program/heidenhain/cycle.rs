@@ -356,7 +356,8 @@ fn pecks(depth: f64, step: f64, less: f64, least: f64) -> Vec<f64> {
     while step > 0.0 && at - step > depth + 1e-9 && depths.len() < MOST {
         at -= step;
         depths.push(at);
-        step = (step - less).max(least).min(step);
+        let next = (step - less).max(least).min(step);
+        step = if next > 0.0 { next } else { step };
     }
     depths.push(depth);
     depths

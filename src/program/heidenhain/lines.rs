@@ -14,9 +14,12 @@ use crate::units::{m_per_s_from_mm_per_min, rad_from_deg};
 impl Reader<'_, '_> {
     /// The end of a block: axes as given, by `I` relative to where the tool is.
     pub(super) fn end_of(&self, block: &Block<'_>) -> Result<[Option<f64>; 3], String> {
-        // A line that ends in a corner is not drawn yet.
-        let at = self.corner.map_or(self.cutter.at, |corner| corner.to.map(Some).into());
-        self.end_from(at, block)
+        self.end_from(self.at(), block)
+    }
+
+    /// Where the block begins: a line that ends in a corner is not drawn yet.
+    fn at(&self) -> [Option<f64>; 3] {
+        self.corner.map_or(self.cutter.at, |corner| corner.to.map(Some).into())
     }
 
     pub(super) fn end_from(
@@ -66,7 +69,9 @@ impl Reader<'_, '_> {
         let before = self.last_pace.replace(pace);
         let in_machine = block.all("M").any(|code| code == 91.0 || code == 92.0);
         let retracts = block.all("M").any(|code| code == 140.0);
-        if retracts && let Some(by) = block.get("MB") {
+        if retracts && ["X", "Y", "Z", "IX", "IY", "IZ"].iter().any(|axis| block.has(axis)) {
+            return Err("M140 beside X, Y or Z is not supported".to_owned());
+        } else if retracts && let Some(by) = block.get("MB") {
             self.retract(line, block, by)?;
         } else if in_machine || retracts {
             let axes = ["X", "Y", "Z"].map(|axis| block.has(axis));
@@ -97,9 +102,6 @@ impl Reader<'_, '_> {
 
     /// M140 MB: along the tool axis by so much, at the feed behind it or at rapid.
     fn retract(&mut self, line: usize, block: &Block<'_>, by: f64) -> Result<(), String> {
-        if ["X", "Y", "Z", "IX", "IY", "IZ"].iter().any(|axis| block.has(axis)) {
-            return Err("M140 MB beside X, Y or Z is not supported".to_owned());
-        }
         let at = self.cutter.place().ok_or("M140 from an unknown position")?;
         let behind = block.words.iter().skip_while(|word| word.name != "MB");
         let feed = behind.filter(|word| word.name == "F").find_map(|word| word.value);
@@ -192,7 +194,7 @@ impl Reader<'_, '_> {
     /// (X in X/Y, Y in Y/Z, Z in Z/X: HEIDENHAIN, TNC 426 Pilot, Fundamentals).
     pub(super) fn polar(&self, block: &Block<'_>) -> Result<[f64; 2], String> {
         let (pole, Plane([u, v, _])) = self.pole.ok_or("polar coordinates without CC")?;
-        let at = self.cutter.at;
+        let at = self.at();
         let before = match (at[u], at[v]) {
             (Some(x), Some(y)) => Some([x - pole[0], y - pole[1]]),
             _ => None,

@@ -201,7 +201,8 @@ impl<'a, 't> Reader<'a, 't> {
         }
         match block.name(0) {
             "BEGIN" => {
-                self.inches = block.has("INCH");
+                // The name before it may hold the word, too.
+                self.inches = block.words.last().is_some_and(|word| word.name == "INCH");
                 Ok(())
             }
             "END" => {

@@ -80,6 +80,10 @@ fn deep_holes() {
         "CYCLE83(20,0,2,-12,,,5,0,0,0,1,0)\n",
         &[2.0, -5.0, -4.0, -10.0, -9.0, -12.0, 2.0, 20.0],
     );
+    assert_heights(
+        "CYCLE83(20,0,2,-20,,,8,2,0,0,1,0,,,1)\n",
+        &[2.0, -8.0, -7.0, -14.0, -13.0, -18.0, -17.0, -20.0, 2.0, 20.0],
+    );
     // Each stroke 2 mm less than the one before, down to 2 mm, the last two equal.
     assert_heights(
         "CYCLE83(20,0,2,-15,,-6,,2,0,0,1,0,,,0.5)\n",
@@ -223,6 +227,14 @@ fn words_as_posts_write_them() {
     // What begins a frame anew ends the one before; what adds to it does not.
     assert_xs("TRANS X10\nROT\nG1 X1\nTRANS X5\nAROT Z0\nX1\n", &[1.0, 6.0]);
     assert_xs("R1=ATAN2(30,80)\nG1 X=R1\n", &[30.0_f64.atan2(80.0).to_degrees()]);
+    // Arguments behind a blank are no comment.
+    refused("CYCLE800 (0,\"TC1\",0,57,0,0,0,0,20,0,0,0,0,1)\n", "CYCLE800 shifts or turns");
+    // The spindle stands at an angle.
+    for block in ["SPOS=90", "M19"] {
+        let program = run(&format!("G1 X1\n{block}\nX2\n")).unwrap();
+        let last = program.moves.last().unwrap().stated.spindle;
+        assert_eq!(last, Some(detune::program::Spindle::Stands), "{block}");
+    }
     // Its fixed point: the values name axes alone.
     refused("G75 X0 Y0\nG1 Y5\n", "while X is not known");
     refused("R1=0\nR2=0\nIF R1 AND R2==1 GOTOF OUT\nOUT: X1\n", "put brackets");

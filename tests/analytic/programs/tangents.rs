@@ -244,10 +244,36 @@ fn deep_holes_and_taps() {
     }
 }
 
+#[test]
+fn inches_signs_and_polar_ways_behind_a_corner() {
+    let inch = |blocks: &str| {
+        let text = format!(
+            "BEGIN PGM A INCH\nTOOL CALL 1 Z S3000 F40\nL X+1 Y+0 Z+1 FMAX M3\n{blocks}END PGM A INCH\n"
+        );
+        places(&read(text.as_bytes(), Dialect::Heidenhain, &settings()).unwrap())
+    };
+    let found = inch("APPR LT X+0 Y+0 LEN0.5 RL\nL X+0 Y+1\nDEP LT LEN1\n");
+    close((found[1].1 - Vector3::new(0.0, -12.7, 25.4)).norm(), 0.0);
+    close((found[4].1 - Vector3::new(0.0, 50.8, 25.4)).norm(), 0.0);
+    // The program's name is no unit.
+    let named = "BEGIN PGM 1-INCH-FITTING MM\nL X+0 Y+0 Z+10 FMAX\nL X+10 F200\nEND PGM 1-INCH-FITTING MM\n";
+    let program = read(named.as_bytes(), Dialect::Heidenhain, &settings()).unwrap();
+    assert_ends(&program, &[('L', [0.0, 0.0, 10.0]), ('L', [10.0, 0.0, 10.0])]);
+    assert_ends(
+        &run("L X+ 50 Y- 20\n").unwrap(),
+        &[('L', [0.0, 0.0, 10.0]), ('L', [50.0, -20.0, 10.0])],
+    );
+    // From 60° on by 90°, at a radius of 40 mm, behind a corner that is not drawn yet.
+    let polar = run("CC X+0 Y+0\nLP PR+40 PA+0\nLP PR+40 PA+60\nRND R2\nLP IPA+90\n").unwrap();
+    let end = places(&polar).last().unwrap().1.xy();
+    close((end - Vector2::new(-40.0 * 0.75_f64.sqrt(), 20.0)).norm(), 0.0);
+}
+
 /// What may stand beside a way back, and what ends a shift.
 #[test]
 fn a_way_back_and_the_ends_of_shifts() {
-    refused("L X+5 F100 M140 MB 20\n", "M140 MB beside X, Y or Z");
+    refused("L X+5 F100 M140 MB 20\n", "M140 beside X, Y or Z");
+    refused("L X+5 F100 M140 MB MAX\n", "M140 beside X, Y or Z");
     let program = run("L X+5 F100\nL M140 MB 20\nL M140 MB 5 F750\n").unwrap();
     let feeds: Vec<f64> = program.moves.iter().map(|each| each.feed_m_per_s * 6e4).collect();
     assert!(program.moves[2].timing == detune::motion::Timing::Rapid, "{feeds:?}");
