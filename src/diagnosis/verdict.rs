@@ -70,7 +70,7 @@ impl Judged {
             let level = fit.evaluation.noise.scale;
             let common = level * data.shape.common.max(1.0);
             let worst = (0..data.columns).map(|mode| level * data.shape.scale(mode));
-            common.hypot(drift_of(data, fit)) <= most
+            common.hypot(rms_about_mean(&taken_by_drift(data, fit))) <= most
                 && worst.fold(0.0, f64::max) <= MAX_NOISE_OF_MODE.max(most)
         };
         // A robust level knows nothing of the frequencies that are far off.
@@ -129,14 +129,26 @@ fn is_significant(structure: &Structure) -> bool {
 
 /// The drift over the rows that a fit leaves, root mean square, share of the frequency.
 pub(super) fn drift_of(data: &Data, fit: &Fit<'_>) -> f64 {
+    rms(taken_by_drift(data, fit).iter())
+}
+
+/// How far the drift moves over the rows, whatever it was at the first.
+fn rms_about_mean(taken: &[Option<f64>]) -> f64 {
+    let known: Vec<f64> = taken.iter().flatten().copied().collect();
+    let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
+    let about: Vec<Option<f64>> = known.iter().map(|own| Some(own - mean)).collect();
+    rms(about.iter())
+}
+
+/// What the drift takes of the residuals that a fit leaves.
+fn taken_by_drift(data: &Data, fit: &Fit<'_>) -> Vec<Option<f64>> {
     if data.shape.drift == 0.0 {
-        return 0.0;
+        return Vec::new();
     }
     // What the map takes out beyond that of the same shape without drift.
     let still = data.shaped(NoiseShape { drift: 0.0, ..data.shape.clone() });
     let residuals = &fit.evaluation.residuals;
     let kept = still.decorrelation.of_residuals(residuals);
     let both = kept.iter().zip(&fit.evaluation.innovations);
-    let taken: Vec<Option<f64>> = both.map(|(kept, left)| Some((*kept)? - (*left)?)).collect();
-    rms(taken.iter())
+    both.map(|(kept, left)| Some((*kept)? - (*left)?)).collect()
 }
