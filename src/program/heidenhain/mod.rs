@@ -481,8 +481,8 @@ impl<'a, 't> Reader<'a, 't> {
     }
 }
 
-/// The block without M118 and the axes behind it: how far the handwheel may shift them. `None` if it
-/// has no M118.
+/// The block without M118 and the axes behind it: how far the handwheel may shift them. `None` if
+/// it has no M118.
 fn without_handwheel<'t>(block: &Block<'t>) -> Option<Block<'t>> {
     let begins = |word: &Word<'_>| word.name == "M" && word.value == Some(118.0);
     if !block.words.iter().any(begins) {
