@@ -62,6 +62,14 @@ pub(super) fn as_hinges_stand_for_beams(
     }
 }
 
+/// Where the table drifts, springs and masses were learned at its middle: at what moment of the
+/// drift a job finds the arm, nobody knows. No mode is better known than that.
+pub(super) fn as_far_off_as_it_drifts(drift: f64, unexplained: &mut Unexplained) {
+    for own in unexplained.near.iter_mut().chain(&mut unexplained.far) {
+        *own = rounded(own.hypot(drift));
+    }
+}
+
 /// Far from the table no mode is better known than the model's error scatters over it, where
 /// nothing explains that error: what springs and masses took of it says nothing elsewhere.
 pub(super) fn as_far_off_as_seen(data: &Data, baseline: &Fit<'_>, unexplained: &mut Unexplained) {

@@ -44,6 +44,7 @@ mod cell;
 mod corner;
 mod cutter;
 mod fanuc;
+mod functions;
 mod gcode;
 mod grouping;
 mod heidenhain;

@@ -2,7 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::units::{deg_from_rad, rad_from_deg};
+use crate::program::functions::function;
+use crate::units::deg_from_rad;
 
 /// Expressions in one another beyond this are refused.
 const MAX_DEPTH: usize = 40;
@@ -300,21 +301,13 @@ impl<'t> Reader<'t> {
             return self.parameters.get(&Key::Name(format!("r{number}")));
         }
         let of_degrees: fn(f64) -> f64 = match name.as_str() {
-            "ABS" => f64::abs,
-            "SQRT" => f64::sqrt,
-            "EXP" => f64::exp,
-            "LN" => f64::ln,
             "FIX" => f64::floor,
             "FUP" => f64::ceil,
             "ROUND" => f64::round,
-            "SIN" => |x| rad_from_deg(x).sin(),
-            "COS" => |x| rad_from_deg(x).cos(),
-            "TAN" => |x| rad_from_deg(x).tan(),
-            "ASIN" => |x| deg_from_rad(x.asin()),
-            "ACOS" => |x| deg_from_rad(x.acos()),
             "ATAN" if self.bytes.get(self.at) == Some(&b'2') => return self.of_vector(),
             "ATAN" => return self.arc_tangent(),
-            _ => return Err(format!("'{name}' is not understood in an expression")),
+            other => function(other)
+                .ok_or_else(|| format!("'{name}' is not understood in an expression"))?,
         };
         let value = self.deeper(Self::value)?;
         if matches!(name.as_str(), "FIX" | "FUP") && value < 0.0 && value.fract() != 0.0 {

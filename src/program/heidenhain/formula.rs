@@ -2,7 +2,8 @@
 //! TNC 640 Conversational Programming, "Programming Q parameters").
 
 use super::block::Parameters;
-use crate::units::{deg_from_rad, rad_from_deg};
+use crate::program::functions::function;
+use crate::units::deg_from_rad;
 
 /// Terms in one another beyond this are refused.
 const MAX_DEPTH: usize = 40;
@@ -143,27 +144,20 @@ impl Formula<'_> {
     /// A parameter or a function.
     fn named(&mut self) -> Result<f64, String> {
         let name = self.letters();
-        let function: fn(f64) -> f64 = match name.as_str() {
+        let own: fn(f64) -> f64 = match name.as_str() {
             "Q" => return self.parameter(),
             "PI" => return Ok(std::f64::consts::PI),
-            "SIN" => |x| rad_from_deg(x).sin(),
-            "COS" => |x| rad_from_deg(x).cos(),
-            "TAN" => |x| rad_from_deg(x).tan(),
-            "ASIN" => |x| deg_from_rad(x.asin()),
-            "ACOS" => |x| deg_from_rad(x.acos()),
             "ATAN" => |x| deg_from_rad(x.atan()),
             "SQ" => |x| x * x,
-            "SQRT" => f64::sqrt,
-            "LN" => f64::ln,
             "LOG" => f64::log10,
-            "EXP" => f64::exp,
             "NEG" => |x| -x,
             "INT" => f64::trunc,
             "FRAC" => f64::fract,
-            "ABS" => f64::abs,
-            _ => return Err(format!("'{name}' is not understood in a formula")),
+            other => {
+                function(other).ok_or_else(|| format!("'{name}' is not understood in a formula"))?
+            }
         };
-        let value = function(self.deeper(Self::term)?);
+        let value = own(self.deeper(Self::term)?);
         if value.is_finite() { Ok(value) } else { Err(format!("{name} has no finite result")) }
     }
 

@@ -12,22 +12,11 @@ use crate::program::spindle_names::{doubt, is_spindles};
 /// Parts of tools, frames and places.
 const PARTS: [&str; 9] = ["tframe", "tload", "uframe", "oframe", "trans", "rot", "x", "y", "z"];
 
-/// Instructions that read signals.
-const READS: [&str; 13] = [
-    "isignalai",
-    "isignalao",
-    "isignaldi",
-    "isignaldo",
-    "isignalgi",
-    "isignalgo",
-    "waitai",
-    "waitao",
-    "waitdi",
-    "waitdo",
-    "waitgi",
-    "waitgo",
-    "waituntil",
-];
+/// Whether an instruction waits for a signal or watches one: `WaitDI`, `ISignalDO`, `WaitUntil`.
+fn reads_signals(key: &str) -> bool {
+    let kind = key.strip_prefix("isignal").or_else(|| key.strip_prefix("wait"));
+    kind.is_some_and(|kind| matches!(kind, "ai" | "ao" | "di" | "do" | "gi" | "go" | "until"))
+}
 
 /// Types of data that are no signals and hold no speed.
 const PLACES: [&str; 5] = ["jointtarget", "loaddata", "robtarget", "tooldata", "wobjdata"];
@@ -37,7 +26,7 @@ fn commanded<'a>(key: &str, args: &'a Args) -> Vec<&'a Name> {
     let positional = args.positional.as_slice();
     let own = match motion(key) {
         // What it waits for, or watches, it does not command.
-        None if READS.contains(&key) => &[],
+        None if reads_signals(key) => &[],
         Some((_, ToolAt::Index(tool))) => positional.get(tool + 1..).unwrap_or_default(),
         Some((_, ToolAt::Last)) => &[],
         None => positional,

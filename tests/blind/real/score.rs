@@ -24,7 +24,7 @@ pub(super) struct Score {
     /// Fresh frequencies within twice the held-out error, of how many.
     covered: [usize; 2],
     /// Fresh frequencies within their 95 % intervals, of how many, by mode.
-    predicted: Vec<[usize; 2]>,
+    pub(super) predicted: Vec<[usize; 2]>,
     /// The same of what the table's instrument would show there.
     measured: Vec<[usize; 2]>,
     /// Parameters of the hidden cause within their 95 % intervals, of how many.
