@@ -23,10 +23,10 @@ use super::statistics::{relative_error, rms};
 use super::symmetry::symmetry;
 use super::table::{check_rows, unit_hint, within_the_model};
 use super::unexplained::{
-    as_far_off_as_held_out, as_far_off_as_it_drifts, as_far_off_as_seen, as_hinges_stand_for_beams,
+    as_far_off_as_held_out, as_far_off_as_seen, as_far_off_as_the_middle, as_hinges_stand_for_beams,
 };
 use super::unstated::{Stated, inert, stated};
-use super::verdict::{Judged, MAX_NOISE, Worth, drift_of, significant};
+use super::verdict::{Judged, MAX_NOISE, Worth, drift_of, offset_of_drift, significant};
 use super::without_cause::without_cause;
 use crate::identify::ModeTable;
 use crate::model::{Description, Robot};
@@ -113,7 +113,7 @@ pub fn diagnose(
         .ok_or_else(no_modes)?;
     let modes = robot.coordinates().len();
     as_hinges_stand_for_beams(&data, of_posterior, modes, unexplained);
-    as_far_off_as_it_drifts(drift_of(&data, &chosen), unexplained);
+    as_far_off_as_the_middle(offset_of_drift(&data, &chosen), unexplained);
     if verdict == Verdict::Unexplained {
         as_far_off_as_seen(&data, &choice.baseline, unexplained);
     }

@@ -62,11 +62,12 @@ pub(super) fn as_hinges_stand_for_beams(
     }
 }
 
-/// Where the table drifts, springs and masses were learned at its middle: at what moment of the
-/// drift a job finds the arm, nobody knows. No mode is better known than that.
-pub(super) fn as_far_off_as_it_drifts(drift: f64, unexplained: &mut Unexplained) {
+/// Where the table drifts, springs and masses were learned at its middle, and nobody knows at what
+/// moment of the drift a job finds the arm: how the drift scatters is in the errors, how far the
+/// middle is from where the model was right is not.
+pub(super) fn as_far_off_as_the_middle(offset: f64, unexplained: &mut Unexplained) {
     for own in unexplained.near.iter_mut().chain(&mut unexplained.far) {
-        *own = rounded(own.hypot(drift));
+        *own = rounded(own.hypot(offset));
     }
 }
 

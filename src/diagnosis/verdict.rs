@@ -132,12 +132,21 @@ pub(super) fn drift_of(data: &Data, fit: &Fit<'_>) -> f64 {
     rms(taken_by_drift(data, fit).iter())
 }
 
+/// How far the model is off on average over the rows for a drift, share of the frequency.
+pub(super) fn offset_of_drift(data: &Data, fit: &Fit<'_>) -> f64 {
+    mean(&taken_by_drift(data, fit)).abs()
+}
+
 /// How far the drift moves over the rows, whatever it was at the first.
 fn rms_about_mean(taken: &[Option<f64>]) -> f64 {
-    let known: Vec<f64> = taken.iter().flatten().copied().collect();
-    let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
-    let about: Vec<Option<f64>> = known.iter().map(|own| Some(own - mean)).collect();
+    let mean = mean(taken);
+    let about: Vec<Option<f64>> = taken.iter().map(|own| own.map(|own| own - mean)).collect();
     rms(about.iter())
+}
+
+fn mean(taken: &[Option<f64>]) -> f64 {
+    let known: Vec<f64> = taken.iter().flatten().copied().collect();
+    known.iter().sum::<f64>() / known.len().max(1) as f64
 }
 
 /// What the drift takes of the residuals that a fit leaves.
