@@ -9,6 +9,7 @@
 //!        → one row a pose, its shapes put together (session, shapes) → a table of modes (table)
 //! ```
 
+mod clocks;
 pub mod cutting;
 mod estimate;
 mod impacts;
@@ -28,6 +29,7 @@ pub mod spectra;
 mod starts;
 pub mod stiffness;
 mod suspicions;
+mod sway;
 mod table;
 
 pub use estimate::lscf::{StabilisationPoint, Stability};

@@ -24,21 +24,40 @@ pub(super) fn check_channel(channel: &Channel, is_force: bool, notes: &mut Notes
         notes.channel_warning(Code::CoarseSteps, &channel.name, what);
         return true;
     }
+    warn_of_clipping(channel, is_force, 1e-9, notes);
+    true
+}
+
+/// Warns of a response that was clipped before a window was laid over it; `grown` is without that
+/// window, so that numbers of a file with few digits are nearly equal.
+pub(super) fn check_flat(grown: &Channel, notes: &mut Notes) {
+    if !is_clipping_told(grown, notes) {
+        warn_of_clipping(grown, false, 1e-5, notes);
+    }
+}
+
+/// Warns of a channel that stays at its highest or lowest value, to a share of it. Slow motion in
+/// coarse steps turns round there in a run of equal samples, too, but comes and goes by single
+/// steps.
+fn warn_of_clipping(channel: &Channel, is_force: bool, share: f64, notes: &mut Notes) {
+    /// Steps to a neighbour of the run.
+    const CORNER: f64 = 2.5;
+    let (low, high) = range(&channel.samples);
+    let step = (high - low) / steps(&channel.samples, high - low);
     for (limit, name) in [(high, "highest"), (low, "lowest")] {
         // A force rests at one of its ends.
         let rests = is_force && limit.abs() < 0.5 * high.abs().max(low.abs());
-        let runs = runs_at(&channel.samples, limit);
+        let runs = runs_at(&channel.samples, limit, share, CORNER * step);
         if !rests && is_clipped(&runs, is_force) {
             let what = format!(
-                "{} samples lie exactly at the {name} value {limit:.4e}, up to {} in a row: it \
-                 seems clipped, which distorts damping and shapes; lower the gain or hit less hard",
+                "{} samples lie at the {name} value {limit:.4e}, up to {} in a row: it seems \
+                 clipped, which distorts damping and shapes; lower the gain or hit less hard",
                 runs.iter().sum::<usize>(),
                 runs.iter().max().unwrap_or(&0)
             );
             notes.channel_warning(Code::Clipping, &channel.name, what);
         }
     }
-    true
 }
 
 /// Whether a channel that stays at its limit for these numbers of samples in a row is clipped: one
@@ -80,20 +99,22 @@ pub(super) fn without_spikes<'c>(
     Cow::Owned(repaired)
 }
 
+fn is_clipping_told(channel: &Channel, notes: &Notes) -> bool {
+    let names = |part: &Part| match part {
+        Part::Channel { channel: name, .. } => *name == channel.name,
+        _ => false,
+    };
+    let mut of = notes.list().iter().filter(|note| note.code == Code::Clipping);
+    of.any(|note| note.place.part.as_ref().is_some_and(names))
+}
+
 /// The channels that are not clipped; if all are, all are kept.
 pub(super) fn without_clipped<'c>(
     channels: Vec<&'c Channel>,
     notes: &mut Notes,
 ) -> Vec<&'c Channel> {
-    let is_told = |channel: &Channel| {
-        let names = |part: &Part| match part {
-            Part::Channel { channel: name, .. } => *name == channel.name,
-            _ => false,
-        };
-        let mut of = notes.list().iter().filter(|note| note.code == Code::Clipping);
-        of.any(|note| note.place.part.as_ref().is_some_and(names))
-    };
-    let clipped: Vec<bool> = channels.iter().map(|channel| is_told(channel)).collect();
+    let clipped: Vec<bool> =
+        channels.iter().map(|channel| is_clipping_told(channel, notes)).collect();
     if clipped.iter().all(|is| *is) {
         return channels;
     }
@@ -135,17 +156,25 @@ pub(super) fn without_gaps<'c>(
 }
 
 /// The longest run of one value with far more motion just before and after it than the channel's
-/// steps; not at the ends of the range, where channels are clipped.
+/// steps, and a jump into it or out of it: slow motion in coarse steps turns round in a long run,
+/// too. Not at the ends of the range, where channels are clipped.
 fn gap(samples: &[f64]) -> Option<Range<usize>> {
     /// Fewer equal samples may be chance, or slow motion in coarse steps.
     const MIN_SAMPLES: usize = 6;
     /// Samples on either side that are looked at.
     const AROUND: usize = 24;
+    /// Steps of a jump.
+    const JUMP: f64 = 3.5;
     let (low, high) = range(samples);
     let step = (high - low) / steps(samples, high - low);
     let moves = |stretch: &[f64]| {
         let (low, high) = range(stretch);
         stretch.len() >= 4 && high - low > 12.0 * step
+    };
+    let jumps = |from: usize, to: usize| {
+        let into = from.checked_sub(1).map_or(0.0, |before| samples[before] - samples[from]);
+        let out = samples.get(to).map_or(0.0, |after| after - samples[from]);
+        into.abs().max(out.abs()) > JUMP * step
     };
     let mut longest: Option<Range<usize>> = None;
     let mut from = 0;
@@ -157,6 +186,7 @@ fn gap(samples: &[f64]) -> Option<Range<usize>> {
         if is_longer
             && samples[from] != low
             && samples[from] != high
+            && jumps(from, to)
             && moves(&samples[from.saturating_sub(AROUND)..from])
             && moves(&samples[to..(to + AROUND).min(samples.len())])
         {
@@ -261,17 +291,20 @@ pub(super) fn rounding_step(samples: &[f64]) -> Option<f64> {
     (mean < 0.1).then_some(step)
 }
 
-/// Lengths of the runs of samples at one value.
-fn runs_at(samples: &[f64], value: f64) -> Vec<usize> {
+/// Lengths of the runs of samples at one value, to a share of it, of which a neighbour is farther
+/// than `corner` from it.
+fn runs_at(samples: &[f64], value: f64, share: f64, corner: f64) -> Vec<usize> {
+    let is_there = |sample: &f64| (sample - value).abs() <= share * value.abs();
     let mut runs = Vec::new();
-    let mut run = 0;
-    for sample in samples.iter().copied().chain([f64::NAN]) {
-        if (sample - value).abs() <= 1e-9 * value.abs() {
-            run += 1;
-        } else if run > 0 {
+    let mut from = 0;
+    while from < samples.len() {
+        let run = samples[from..].iter().take_while(|sample| is_there(sample)).count();
+        let before = from.checked_sub(1).and_then(|before| samples.get(before));
+        let mut around = [before, samples.get(from + run)].into_iter().flatten();
+        if run > 0 && around.any(|sample| (sample - value).abs() > corner) {
             runs.push(run);
-            run = 0;
         }
+        from += run + 1;
     }
     runs
 }

@@ -1,9 +1,12 @@
 //! One record → its modes: frequencies, damping, shapes and scaling with standard deviations, and
 //! what must be known about them.
 
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+
+use super::clocks::{OtherClock, each_alone, may_differ, other_clock};
 use super::estimate::lscf::{StabilisationPoint, stabilisation};
 use super::estimate::subspace::{OfRandom, of_random};
-use super::estimate::{C64, Estimate, Pole, PoleEstimate, Residue, estimate};
+use super::estimate::{Block, C64, Estimate, Origin, Pole, PoleEstimate, Residue, estimate};
 use super::late::hold_against_second_half;
 use super::mode::{Mode, mode_of};
 use super::prepare::{Prepared, RecordKind, lines_hz, prepare};
@@ -11,6 +14,7 @@ use super::record::{Asked, MarkedLink, Record};
 use super::spectra::Averaged;
 use super::starts::{Stretch, starts, support};
 use super::suspicions;
+use super::sway;
 use crate::notes::{Code, Note, Notes, Part, Place};
 use crate::statistics::upper_median;
 use crate::units::{hz_from_rad_per_s, percent_from_ratio, rad_per_s_from_hz};
@@ -58,7 +62,29 @@ pub struct IdentifiedRecord {
 
 /// Finds the modes of a record. A record without modes gets a warning, not an error.
 pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
-    let mut notes = Notes::about(Place::part(Part::Record(record.name.clone())));
+    let blank = Notes::about(Place::part(Part::Record(record.name.clone())));
+    let mut notes = blank.clone();
+    let mut found = of_one_clock(record, asked, &mut notes);
+    if let Some(clock) = another_clock(record, asked, &found.modes) {
+        notes = blank;
+        found = of_one_clock(&clock.left_out(record), asked, &mut notes);
+        clock.doubt(&mut found.modes, &mut notes);
+    }
+    found.warnings = grouped(notes.list());
+    found
+}
+
+/// The responses of another clock, where the modes look as if there were some.
+fn another_clock(record: &Record, asked: &Asked, modes: &[Mode]) -> Option<OtherClock> {
+    if !may_differ(modes) {
+        return None;
+    }
+    let alone = each_alone(record);
+    let of = |own: &Record| of_one_clock(own, asked, &mut Notes::default()).modes;
+    other_clock(record, &alone.par_iter().map(of).collect::<Vec<_>>())
+}
+
+fn of_one_clock(record: &Record, asked: &Asked, notes: &mut Notes) -> IdentifiedRecord {
     let mut identified = IdentifiedRecord {
         name: record.name.clone(),
         kind: RecordKind::FreeDecay,
@@ -69,25 +95,24 @@ pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
         averaged: None,
         links: record.links.clone(),
     };
-    if let Some((prepared, stretches, found)) = fitted(record, asked, &mut identified, &mut notes) {
-        warn_of_rounding(&prepared, &found, &mut notes);
+    if let Some((prepared, stretches, found)) = fitted(record, asked, &mut identified, notes) {
+        warn_of_rounding(&prepared, &found, notes);
         if found.begins_moving && prepared.kind == RecordKind::Hammer {
             let what = "the arm was still moving when the record began, which was taken into \
                         account; wait longer before the first impact";
             notes.warning(Code::Remark, None, what);
         }
         identified.spectra = spectra(&prepared, &found);
-        let poles = without_window(record, &prepared, &found, &mut notes);
-        let modes: Vec<&PoleEstimate> =
-            poles.iter().filter(|pole| is_mode(pole, &mut notes)).collect();
+        let poles = without_window(record, &prepared, &found, notes);
+        let modes: Vec<&PoleEstimate> = poles.iter().filter(|pole| is_mode(pole, notes)).collect();
         let has_modes = !modes.is_empty();
-        for pole in asked_for(modes, asked, &mut notes) {
+        for pole in asked_for(modes, asked, notes) {
             let mut mode = mode_of(record, &prepared, pole);
             mode.support = support(&mode, &identified.stabilisation, &stretches);
             identified.modes.push(mode);
         }
         let highest = asked.max_order.unwrap_or(HIGHEST_ORDER);
-        hold_against_second_half(record, &prepared, highest, &mut identified.modes, &mut notes);
+        hold_against_second_half(record, &prepared, highest, &mut identified.modes, notes);
         if identified.modes.is_empty() && has_modes {
             // What was left out is told.
         } else if identified.modes.is_empty() {
@@ -108,10 +133,10 @@ pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
             };
             notes.warning(Code::NoModes, None, what);
         } else {
-            warn_of_silent_responses(&prepared, &found, &mut notes);
-            warn_of_misfit(&prepared, &found, &mut notes);
+            warn_of_silent_responses(&prepared, &found, notes);
+            warn_of_misfit(&prepared, &found, notes);
         }
-        suspicions::check(record, &prepared, &asked.mains_hz, &mut identified.modes, &mut notes);
+        suspicions::check(record, &prepared, &asked.mains_hz, &mut identified.modes, notes);
         identified.averaged = prepared.averaged;
     }
     if let (RecordKind::RandomResponse, Some(window_s)) =
@@ -123,7 +148,6 @@ pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
         );
         notes.warning(Code::Disagreement, None, what);
     }
-    identified.warnings = grouped(notes.list());
     identified
 }
 
@@ -314,15 +338,49 @@ fn warn_of_friction(pole: &PoleEstimate, notes: &mut Notes) {
     notes.warning(Code::AmplitudeDamping, None, what);
 }
 
-/// The record ready for the estimation, its stabilisation diagrams, and the fit. What the force of
-/// a short pulse leaves unexplained at high frequencies can spoil the whole fit: then the band is
-/// narrowed, with a warning.
+/// A record ready for the estimation, its stretches, and the fit.
+type Fitted = (Prepared, Vec<Stretch>, Estimate);
+
+/// The record as it is fitted, from above what does not follow the hits on.
 fn fitted(
     record: &Record,
     asked: &Asked,
     identified: &mut IdentifiedRecord,
     notes: &mut Notes,
-) -> Option<(Prepared, Vec<Stretch>, Estimate)> {
+) -> Option<Fitted> {
+    let mut above = notes.clone();
+    let all = fitted_in(record, asked, identified, notes);
+    let points = &identified.stabilisation;
+    let own = all.as_ref().filter(|_| asked.band_hz.is_none());
+    let low = own.and_then(|(prepared, _, found)| sway::end(prepared, found, points));
+    let Some(low) = low else { return all };
+    // What such motion leaves unexplained may have narrowed the band.
+    let whole = prepare(record, None, &mut Notes::default());
+    let lines = whole.iter().flat_map(|whole| &whole.blocks).flat_map(lines_hz);
+    let band = [low, lines.fold(0.0, f64::max)];
+    let cut = Asked { band_hz: Some(band), ..asked.clone() };
+    let mut other = IdentifiedRecord { stabilisation: Vec::new(), ..identified.clone() };
+    let Some(found) = fitted_in(record, &cut, &mut other, &mut above) else { return all };
+    let both = all.as_ref().map(|(_, _, all)| {
+        sway::is_better((&found.2, &other.stabilisation), (all, &identified.stabilisation))
+    });
+    if both == Some(false) {
+        return all;
+    }
+    sway::warn(low, &mut above);
+    (*notes, *identified) = (above, other);
+    Some(found)
+}
+
+/// The record ready for the estimation, its stabilisation diagrams, and the fit. What the force of
+/// a short pulse leaves unexplained at high frequencies can spoil the whole fit: then the band is
+/// narrowed, with a warning.
+fn fitted_in(
+    record: &Record,
+    asked: &Asked,
+    identified: &mut IdentifiedRecord,
+    notes: &mut Notes,
+) -> Option<Fitted> {
     let blank = notes.clone();
     let mut band_hz = asked.band_hz;
     let highest = asked.max_order.unwrap_or(HIGHEST_ORDER);
@@ -358,6 +416,7 @@ fn fitted(
                 );
                 notes.warning(Code::Remark, None, what);
             }
+            warn_of_window(&prepared, notes);
             return Some((prepared, stretches, found));
         }
         match narrower(&prepared, band_hz) {
@@ -368,6 +427,21 @@ fn fitted(
     let what = "the spectra could not be fitted; set band_hz, or inspect the record";
     notes.warning(Code::NoModes, None, what);
     None
+}
+
+/// Tells the window that an analyser's responses show.
+fn warn_of_window(prepared: &Prepared, notes: &mut Notes) {
+    let of = |block: &Block| match block.origin {
+        Origin::Responses { hann_s } => hann_s,
+        Origin::Sampled { .. } => None,
+    };
+    if let Some(length_s) = prepared.blocks.iter().find_map(of) {
+        let what = format!(
+            "the peaks are as wide as a Hann window over {length_s:.4} s makes them, which the fit \
+             takes into account; damping is surer from raw records"
+        );
+        notes.warning(Code::Remark, None, what);
+    }
 }
 
 /// Tells poles of a random response that noise makes as well.

@@ -39,7 +39,7 @@ pub(super) fn check(
     let own: Vec<bool> = (0..modes.len()).map(|at| stands_alone(prepared, modes, at)).collect();
     for (mode, stands_alone) in modes.iter_mut().zip(own) {
         tones(record, prepared, mains_hz, mode, notes);
-        uncertain(mode, stands_alone, notes);
+        uncertain(prepared, mode, stands_alone, notes);
         if mode.suspicion.is_none() {
             length(prepared, mode, notes);
             coherence(prepared, mode, notes);
@@ -54,6 +54,25 @@ pub(super) fn check(
         companions(modes, notes);
     }
     delay(modes, notes);
+    polarity(record, modes, notes);
+}
+
+/// A driving point that moves against the force: one of both has the other sign.
+fn polarity(record: &Record, modes: &[Mode], notes: &mut Notes) {
+    let Some(name) = &record.driving_point else { return };
+    let parts = modes.iter().filter(|mode| mode.suspicion.is_none()).filter_map(|mode| {
+        let part = mode.shape.iter().find(|part| part.response == *name)?;
+        part.modal_constant
+    });
+    let (against, all) = parts.fold((0, 0), |(against, all), constant| {
+        (against + usize::from(-constant.re > constant.im.abs()), all + 1)
+    });
+    if all == 0 || 2 * against <= all {
+        return;
+    }
+    let what = "moves against the force at the driving point, which no mode can: force or response \
+                has the wrong sign, or it is another point; shapes are not mass-normalised";
+    notes.channel_warning(Code::Disagreement, name, what);
 }
 
 /// Force and responses that were not sampled at the same time: it turns the modal constants of a
@@ -137,6 +156,7 @@ impl Harmonics {
 
     /// The harmonic at which a mode lies, and whether it is an alias of it.
     fn at(&self, mode: &Mode, nyquist_hz: Option<f64>) -> Option<(u32, bool)> {
+        const MOST_HZ: f64 = 0.25;
         (1..=self.count).find_map(|order| {
             let true_hz = f64::from(order) * self.base_hz;
             let seen_hz = match nyquist_hz {
@@ -146,11 +166,14 @@ impl Harmonics {
                 }
                 None => true_hz,
             };
-            let within = self.tolerance * true_hz;
+            let is_alias = (seen_hz - true_hz).abs() > 1e-9;
+            // An alias of a high harmonic would lie anywhere.
+            let most = if is_alias { MOST_HZ } else { f64::INFINITY };
+            let within = (self.tolerance * true_hz).min(most);
             // A mode that is known worse than that lies at every harmonic.
             (3.0 * mode.frequency_std_hz < within.max(0.1)
                 && (mode.frequency_hz - seen_hz).abs() <= within)
-                .then_some((order, (seen_hz - true_hz).abs() > 1e-9))
+                .then_some((order, is_alias))
         })
     }
 }
@@ -163,7 +186,7 @@ fn tones(
     notes: &mut Notes,
 ) {
     let max_damping = MAX_TONE_DAMPING.max(2.0 * mode.damping_std).min(4.0 * MAX_TONE_DAMPING);
-    if mode.damping_ratio > max_damping {
+    if mode.damping_ratio.abs() > max_damping {
         return;
     }
     let mains = mains_hz.iter().map(|&hz| Harmonics::of_mains(hz));
@@ -239,7 +262,7 @@ fn stands_alone(prepared: &Prepared, modes: &[Mode], at: usize) -> bool {
 }
 
 /// A fitted pole that is no mode: damping may be zero, or nothing but the fit supports it.
-fn uncertain(mode: &mut Mode, stands_alone: bool, notes: &mut Notes) {
+fn uncertain(prepared: &Prepared, mode: &mut Mode, stands_alone: bool, notes: &mut Notes) {
     /// Relative standard deviation of vague damping, where no order of the stabilisation diagram
     /// has the mode.
     const VAGUE_DAMPING: f64 = 0.5;
@@ -249,7 +272,12 @@ fn uncertain(mode: &mut Mode, stands_alone: bool, notes: &mut Notes) {
         return;
     }
     let is_vague = mode.frequency_std_hz / mode.frequency_hz.max(f64::MIN_POSITIVE) > 3e-3;
-    let has_no_damping = mode.damping_ratio <= 0.0;
+    // Not above zero by more than chance, and known to be less than any arm has.
+    let is_decay = matches!(prepared.kind, RecordKind::FreeDecay | RecordKind::Hammer);
+    let has_no_damping = mode.damping_ratio <= 0.0
+        || is_decay
+            && mode.damping_ratio < 3.0 * mode.damping_std
+            && mode.damping_ratio + 2.0 * mode.damping_std < MAX_TONE_DAMPING;
     let is_unknown = is_vague && mode.damping_std > mode.damping_ratio && mode.support < SETTLED;
     let is_alone = mode.support == 0.0;
     let is_unsettled = has_no_damping

@@ -31,6 +31,7 @@ mod identify_given;
 mod identify_instrument;
 mod identify_notices;
 mod identify_random;
+mod identify_recorders;
 mod identify_traps;
 mod model_properties;
 mod paper;

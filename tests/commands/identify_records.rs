@@ -380,7 +380,7 @@ fn a_table_holds_frequency_responses() {
             assert!((told / truth - 1.0).abs() < 1e-3, "{titles:?} {told} {truth}");
         }
         let constant = &found["records"][0]["modes"][0]["shape"][0];
-        let name = if place == 6 { "h" } else { "tip" };
+        let name = if place == 6 { "response" } else { "tip" };
         assert_eq!(constant["response"], name, "{titles:?}");
         let size = &constant["modal_constant"];
         constants.push(size[0].as_f64().unwrap().hypot(size[1].as_f64().unwrap()));
@@ -417,5 +417,40 @@ fn a_table_that_holds_no_whole_frequency_response_is_refused() {
         let line = if titles[0] == "x_mm" { "s.yaml:2: " } else { "r.csv:1: " };
         assert_eq!(output.status.code(), Some(2), "{titles:?}: {told}");
         assert!(told.contains(what) && told.contains(line), "{titles:?}: {told}");
+    }
+}
+
+/// Magnitudes, with or without decibels, and pairs of decibels and degrees are no complex response.
+#[test]
+fn a_data_set_without_real_and_imaginary_part_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("s.yaml"), "records:\n  - {file: r.uff, pose: {beta2_rad: 1}}\n")
+        .unwrap();
+    let values: Vec<C64> =
+        (1..200).map(|k| (C64::new(400.0 - f64::from(k * k) * 0.25, f64::from(k))).inv()).collect();
+    let decibels = |v: &C64| 20.0 * v.norm().log10();
+    let magnitudes: Vec<C64> = values.iter().map(|v| C64::new(v.norm(), 0.0)).collect();
+    let plain: Vec<C64> = values.iter().map(|v| C64::new(decibels(v), 0.0)).collect();
+    let pairs: Vec<C64> =
+        values.iter().map(|v| C64::new(decibels(v), v.arg().to_degrees())).collect();
+    let unit = |text: String| {
+        let axis = format!("{:10}{:5}{:5}{:5} {:<20} {:<20}", 12, 0, 0, 0, "NONE", "");
+        assert!(text.contains(&axis));
+        text.replacen(
+            &axis,
+            &format!("{:10}{:5}{:5}{:5} {:<20} {:<20}", 12, 0, 0, 0, "NONE", "dB"),
+            1,
+        )
+    };
+    for (text, what) in [
+        (response_set("1", (1, 3), &magnitudes, 0.5), "has no imaginary part, as a magnitude"),
+        (response_set("1", (1, 3), &plain, 0.5), "has no imaginary part"),
+        (unit(response_set("1", (1, 3), &pairs, 0.5)), "is in decibels: export real"),
+    ] {
+        fs::write(folder.path().join("r.uff"), text).unwrap();
+        let output = program::run(folder.path(), &["identify", "s.yaml"]);
+        let told = program::err(&output);
+        assert_eq!(output.status.code(), Some(2), "{what}: {told}");
+        assert!(told.contains(what) && told.contains("r.uff:2: "), "{what}: {told}");
     }
 }

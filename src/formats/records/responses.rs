@@ -61,6 +61,9 @@ const PARTS: [(&str, Part); 19] = [
     ("coherence", Part::Coherence),
 ];
 
+/// What a response is called whose columns have no other word.
+const UNNAMED: &str = "response";
+
 /// Steps from line to line above this, or a range below it, tell degrees from radians.
 const TURN_RAD: f64 = 6.4;
 
@@ -94,12 +97,12 @@ pub(super) fn functions(table: &Columns<'_>, notes: &mut Notes) -> Option<Vec<Fu
     }
     let mut functions: Vec<Function> = Vec::new();
     for Column { name, .. } in &columns {
-        let name = if name.is_empty() { "h" } else { name };
+        let name = if name.is_empty() { UNNAMED } else { name };
         if functions.iter().any(|function| function.label.name == name) {
             continue;
         }
         let is_own =
-            |column: &&Column| column.name == name || column.name.is_empty() && name == "h";
+            |column: &&Column| column.name == name || column.name.is_empty() && name == UNNAMED;
         let own: Vec<&Column> = columns.iter().filter(is_own).collect();
         let values = values(table, &own).unwrap_or_else(|what| {
             notes.error(Code::Value, line, format!("response '{name}': {what}"));

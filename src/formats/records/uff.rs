@@ -408,6 +408,15 @@ fn touching(text: &str) -> Option<Vec<f64>> {
     apart.split_whitespace().map(float).collect()
 }
 
+/// Why a frequency response is none that can be fitted.
+fn no_complex_response(set: &DataSet) -> Option<&'static str> {
+    if set.label.unit.to_lowercase().starts_with("db") {
+        return Some("is in decibels");
+    }
+    let is_real = set.values.len() > 1 && set.values.iter().all(|value| value.im == 0.0);
+    is_real.then_some("has no imaginary part, as a magnitude without phase")
+}
+
 /// The file as its data sets come.
 #[derive(Default)]
 struct Found {
@@ -471,16 +480,20 @@ impl Found {
                 });
             }
             FREQUENCY_RESPONSE => {
+                if let Some(why) = no_complex_response(&set) {
+                    let name = &set.label.name;
+                    return bad(format!(
+                        "frequency response {name} {why}: export real and imaginary part"
+                    ));
+                }
                 let even = |k: usize| set.first + k as f64 * set.step;
                 let frequencies_hz: Vec<f64> =
                     set.uneven.unwrap_or_else(|| (0..set.values.len()).map(even).collect());
                 if !frequencies_hz.windows(2).all(|pair| pair[0] < pair[1])
                     || frequencies_hz[0] < 0.0
                 {
-                    return bad(format!(
-                        "frequencies of response {} do not rise from zero on",
-                        set.label.name
-                    ));
+                    let name = &set.label.name;
+                    return bad(format!("frequencies of response {name} do not rise from zero on"));
                 }
                 self.file.functions.push(Function {
                     label: set.label,

@@ -7,6 +7,9 @@ pub(in crate::identify) type C64 = Complex<f64>;
 /// Envelopes that a pole may drift with.
 pub(in crate::identify) const MAX_ENVELOPES: usize = 6;
 
+/// Sensors' gain and phase vary over frequency by this share.
+pub(in crate::identify) const OF_SENSORS: f64 = 0.01;
+
 /// How a set of spectra came about.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::identify) enum Origin {

@@ -58,6 +58,15 @@ fn ramp(s: C64, length_s: f64) -> (C64, C64) {
 /// Below it the series are exact to 1e-10.
 const NEAR: f64 = 5e-3;
 
+/// How long the stretches of an analyser are by its lines, s; `None` where these do not lie evenly.
+/// Some may be left out.
+pub(super) fn length_s(omega: &[f64]) -> Option<f64> {
+    let steps = || omega.windows(2).map(|pair| pair[1] - pair[0]);
+    let apart = steps().reduce(f64::min).filter(|apart| *apart > 0.0)?;
+    let is_even = |step: f64| (step / apart - (step / apart).round()).abs() < 1e-3 * step / apart;
+    steps().all(is_even).then_some(TAU / apart)
+}
+
 /// Whether frequency responses on equal lines have peaks as a Hann window makes them: the sharpest
 /// of them are fitted with one pole each, with the window and without.
 pub(in crate::identify) fn is_windowed(omega: &[f64], spectra: &[Vec<C64>]) -> Option<f64> {
@@ -70,12 +79,7 @@ pub(in crate::identify) fn is_windowed(omega: &[f64], spectra: &[Vec<C64>]) -> O
     const MIN_SHARPNESS: f64 = 2.0;
     /// Sum of ln of the sums of squares, with the window over without.
     const MAX_LN_RATIO: f64 = -0.2;
-    let apart = omega.get(1)? - omega.first()?;
-    let is_even = omega.windows(2).all(|pair| ((pair[1] - pair[0]) / apart - 1.0).abs() < 1e-3);
-    if !is_even || omega.len() <= 2 * REACH {
-        return None;
-    }
-    let length_s = TAU / apart;
+    let length_s = length_s(omega).filter(|_| omega.len() > 2 * REACH)?;
     let power: Vec<f64> =
         (0..omega.len()).map(|k| spectra.iter().map(|own| own[k].norm_sqr()).sum()).collect();
     let sharpness = |k: usize| power[k] / (power[k - 2] + power[k + 2]).max(f64::MIN_POSITIVE);
@@ -99,7 +103,7 @@ pub(in crate::identify) fn is_windowed(omega: &[f64], spectra: &[Vec<C64>]) -> O
 /// Least sum of squares of one pole near the middle of the lines, and a straight background.
 fn misfit(omega: &[f64], spectra: &[&[C64]], basis: impl Fn(C64) -> C64) -> f64 {
     let n = omega.len();
-    let (middle, apart) = (omega[n / 2], omega[1] - omega[0]);
+    let (middle, apart) = (omega[n / 2], (omega[n - 1] - omega[0]) / (n - 1) as f64);
     let mut least = f64::INFINITY;
     for place in -10..=10 {
         for step in 0..16 {

@@ -28,13 +28,15 @@ mod select;
 mod states;
 pub(super) mod subspace;
 mod unexplained;
+mod window;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use bands::Band;
-pub(super) use block::{Block, C64, ForceSample, Origin, Pole};
+pub(super) use block::{Block, C64, ForceSample, OF_SENSORS, Origin, Pole};
 use fit::{Fit, Part, parameters_of, weights};
+use window::{Doubt, Rival, share_of_rival};
 
 use crate::statistics::chi_squared_bound;
 
@@ -100,13 +102,26 @@ pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole], most: usize) -> Op
     let bands = bands::divided(blocks, starts);
     if bands.len() > 1 {
         let fits_together = starts.len() <= MOST_TOGETHER;
-        let found = in_bands(blocks, starts, &bands, most, fits_together);
+        let found = in_bands(blocks, starts, &bands, most, fits_together, true);
         if found.is_some() || !fits_together {
             return found;
         }
     }
-    let fit = fitted_poles(blocks, starts, most)?;
-    report(blocks, &fit)
+    let mut fit = fitted_poles(blocks, starts, most)?;
+    let mut rival = Rival::of(blocks, &fit);
+    if let Some(better) = rival.take_if(|rival| rival.gain > 0.0) {
+        let before = std::mem::replace(&mut blocks[0].origin, better.origin);
+        match fitted_poles(blocks, starts, most) {
+            Some(other) => fit = other,
+            None => blocks[0].origin = before,
+        }
+        rival = Rival::of(blocks, &fit);
+    }
+    if let Some(sure) = rival.as_ref().and_then(|rival| rival.without_leakage(blocks, &fit)) {
+        (blocks[0].drive_error, fit) = sure;
+    }
+    let doubt = rival.map(|rival| Doubt { share: share_of_rival(rival.gain), poles: rival.poles });
+    report(blocks, &fit, doubt.as_ref())
 }
 
 /// The poles of all lines together.
@@ -127,11 +142,12 @@ const MOST_TOGETHER: usize = 48;
 /// where a band cannot be fitted, or where a mode drifts, which takes all of the spectrum; where
 /// there are too many to be fitted together, its drift is that of its band.
 fn in_bands(
-    blocks: &[Block],
+    blocks: &mut [Block],
     starts: &[Pole],
     bands: &[Band],
     most: usize,
     fits_together: bool,
+    may_exchange: bool,
 ) -> Option<Estimate> {
     let alone = |band: &Band| {
         let mut cut = band.cut(blocks)?;
@@ -139,6 +155,13 @@ fn in_bands(
         Some((cut, fit))
     };
     let first: Vec<(Vec<Block>, Fit)> = bands.par_iter().map(alone).collect::<Option<_>>()?;
+    let rivals: Vec<Option<Rival>> = first.iter().map(|(cut, fit)| Rival::of(cut, fit)).collect();
+    let gain: f64 = rivals.iter().flatten().map(|rival| rival.gain).sum();
+    if let Some(better) = rivals.iter().flatten().next().filter(|_| gain > 0.0 && may_exchange) {
+        blocks[0].origin = better.origin.clone();
+        return in_bands(blocks, starts, bands, most, fits_together, false);
+    }
+    let share = share_of_rival(gain);
     let known: Vec<Pole> =
         bands.iter().zip(&first).flat_map(|(band, (_, fit))| band.own(&fit.poles)).collect();
     let together = |(band, (cut, fit)): (&Band, &(Vec<Block>, Fit))| {
@@ -147,10 +170,16 @@ fn in_bands(
         let fit = Fit::at(cut, fit.noise.clone(), poles)?.refined(cut, fit::FULL).reweighted(cut);
         let is_linear = !has_twins(cut, &fit) && drift::drifting(cut, &fit).is_none();
         if is_linear || fits_together {
-            return report(cut, &fit).filter(|_| is_linear);
+            let (mut cut, mut fit) = (cut.clone(), fit);
+            let rival = Rival::of(&cut, &fit).map(|rival| Rival { gain, ..rival });
+            if let Some(sure) = rival.as_ref().and_then(|own| own.without_leakage(&cut, &fit)) {
+                (cut[0].drive_error, fit) = sure;
+            }
+            let doubt = rival.map(|rival| Doubt { share, poles: rival.poles });
+            return report(&cut, &fit, doubt.as_ref()).filter(|_| is_linear);
         }
         let (cut, fit) = with_own_drift(cut, fit);
-        report(&cut, &determined(&cut, fit)?)
+        report(&cut, &determined(&cut, fit)?, None)
     };
     let found: Vec<Estimate> = bands.par_iter().zip(&first).map(together).collect::<Option<_>>()?;
     Some(bands::joined(blocks, bands, found))
@@ -304,12 +333,15 @@ fn drop_outside_band(blocks: &[Block], fit: &mut Fit) {
     }
 }
 
-fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
+fn report(blocks: &[Block], fit: &Fit, doubt: Option<&Doubt>) -> Option<Estimate> {
     let shared = shared_lines(blocks, fit);
     let covariance = fit.covariance()? * shared;
     let (firsts, _) = parameters_of(&fit.poles);
     let own: Vec<usize> = (0..fit.poles.len()).filter(|&at| !fit.poles[at].is_held).collect();
-    let of = |&at: &usize| pole_estimate(blocks, fit, at, firsts[at], &covariance, shared);
+    let of = |&at: &usize| {
+        let pole = pole_estimate(blocks, fit, at, firsts[at], &covariance, shared);
+        doubt.map_or_else(|| pole.clone(), |doubt| doubt.widen(&pole, at))
+    };
     let mut poles: Vec<PoleEstimate> = own.iter().map(of).collect();
     let peaks: Vec<f64> = poles.iter().map(|pole| pole.prominence).collect();
     let own: Vec<Pole> = own.iter().map(|&at| fit.poles[at]).collect();
@@ -384,12 +416,16 @@ fn pole_estimate(
     let drift = unexplained::drift_of(blocks, pole);
     let [of_omega, of_ratio] = unexplained::model_error(blocks, drift);
     let leakage = leakage_error(blocks, pole);
+    let by_window = if blocks.iter().any(is_windowed) { UNDER_WINDOW } else { [1.0; 2] };
     PoleEstimate {
         pole: *pole,
-        // Leakage biases damping without leaving anything; frequencies scatter as what is left.
-        omega_std: (misfit.sqrt() * deviation(by_omega).hypot(LEAKAGE_OF_OMEGA * leakage))
-            .hypot(omega * of_omega),
-        ratio_std: deviation(by_ratio).hypot(of_ratio).hypot(leakage / omega),
+        omega_std: (by_window[0]
+            * misfit.sqrt()
+            * deviation(by_omega).hypot(LEAKAGE_OF_OMEGA * leakage))
+        .hypot(omega * of_omega),
+        ratio_std: (by_window[1] * misfit.sqrt() * deviation(by_ratio))
+            .hypot(of_ratio)
+            .hypot(leakage / omega),
         residues,
         prominence,
         drift: pole.drifts().then_some(drift.im),
@@ -398,18 +434,21 @@ fn pole_estimate(
     }
 }
 
-/// What a fit to responses that an analyser made leaves about a pole, over what sensors and leakage
-/// are allowed there: how many stretches were averaged nobody says, but what is left shows it. 1
-/// for records. Few lines say little: they count beside as many that leave what is allowed. Of a
-/// peak that is narrower than a line, what leaks is one error on all lines and leaves nothing:
-/// there no less than what is allowed is believed.
-fn misfit_near(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
+/// What a fit to responses that an analyser made leaves near a pole.
+struct Leaves {
+    /// Sum of squares, over what is allowed on each line.
+    left: f64,
+    /// Of so many values, but for those that residues take.
+    values: f64,
+    /// Square of the decay rate over a line; infinite of records.
+    narrowest: f64,
+}
+
+fn leaves(blocks: &[Block], fit: &Fit, pole: &Pole) -> Leaves {
     /// Decay rates and lines to either side.
     const RATES: f64 = 4.0;
     const LINES: f64 = 4.0;
-    /// Values that are taken to be as allowed.
-    const ALLOWED: f64 = 6.0;
-    let (mut left, mut values, mut narrowest) = (0.0, 0.0, f64::INFINITY);
+    let mut near = Leaves { left: 0.0, values: 0.0, narrowest: f64::INFINITY };
     for part in fit.evaluation.parts.iter().filter(|part| blocks[part.block].is_given()) {
         let omega = &blocks[part.block].omega;
         let line = omega.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0]);
@@ -417,19 +456,49 @@ fn misfit_near(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
         let from = omega.partition_point(|w| *w < pole.omega() - reach);
         let to = omega.partition_point(|w| *w <= pole.omega() + reach);
         let own = |k: usize| part.residual[k].powi(2) + part.residual[omega.len() + k].powi(2);
-        left += (from..to).map(own).sum::<f64>();
+        near.left += (from..to).map(own).sum::<f64>();
         // The residue takes two of them.
-        values += 2.0 * (to - from) as f64 - 2.0;
-        narrowest = narrowest.min((pole.lambda.re / line).powi(2));
+        near.values += 2.0 * (to - from) as f64 - 2.0;
+        near.narrowest = near.narrowest.min((pole.lambda.re / line).powi(2));
     }
+    near
+}
+
+/// What is left about a pole over what sensors and leakage are allowed there: how many stretches
+/// were averaged nobody says, but what is left shows it. 1 for records. Few lines say little: they
+/// count beside some that leave what is allowed. Of a peak that is narrower than a line, what leaks
+/// is one error on all lines and leaves nothing: there no less than what is allowed is believed.
+fn misfit_near(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
+    /// Values that are taken to be as allowed.
+    const ALLOWED: f64 = 3.0;
+    let Leaves { left, values, narrowest } = leaves(blocks, fit, pole);
     // The pole takes two.
     let misfit = (ALLOWED + left) / (ALLOWED + (values - 2.0).max(0.0));
-    let resolved = if narrowest.is_finite() { narrowest / (1.0 + narrowest) } else { 1.0 };
+    let resolved = resolved(blocks, narrowest);
     misfit.max(1.0 - resolved * (1.0 - misfit))
+}
+
+fn is_windowed(block: &Block) -> bool {
+    matches!(block.origin, Origin::Responses { hann_s: Some(_) })
+}
+
+/// How far lines resolve a peak whose decay rate over a line has this square: what leaks under a
+/// window is one error on all lines near a narrow one. Without a window nothing does.
+fn resolved(blocks: &[Block], square: f64) -> f64 {
+    const NARROW: f64 = 16.0;
+    if square.is_finite() && blocks.iter().any(is_windowed) {
+        NARROW * square.powi(2) / (1.0 + NARROW * square.powi(2))
+    } else {
+        1.0
+    }
 }
 
 /// Of the error of a decay rate by leakage, what remains in the frequency.
 const LEAKAGE_OF_OMEGA: f64 = 0.25;
+
+/// Neighbouring lines share errors under a Hann window: in simulated averages these move
+/// frequencies less, and damping more, than errors of each line alone.
+const UNDER_WINDOW: [f64; 2] = [0.85, 1.15];
 
 /// Standard deviation of the decay rate, rad/s, of a peak that is narrower than the lines of
 /// responses that an analyser made: what leaks is one error on all lines near the peak, and not one
@@ -440,7 +509,7 @@ fn leakage_error(blocks: &[Block], pole: &Pole) -> f64 {
     let of = |block: &Block| match (&block.origin, &block.omega[..]) {
         (Origin::Responses { .. }, [first, second, ..]) => {
             let line = second - first;
-            OF_NARROW * line / (1.0 + (pole.lambda.re / line).powi(2))
+            OF_NARROW * line * (1.0 - resolved(blocks, (pole.lambda.re / line).powi(2)))
         }
         _ => 0.0,
     };

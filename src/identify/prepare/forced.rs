@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use super::coupling::without_high_pass;
 use super::lines::{
     MAX_LINES, band, lines, most_samples, omega, on_lines, rounding_noise, warn_of_break,
     warn_of_edge, warn_of_part,
@@ -26,6 +27,7 @@ pub(super) fn forced(
     channels: &[&Channel],
     notes: &mut Notes,
 ) -> Option<Prepared> {
+    let excitation = &*without_high_pass(excitation, sampling.rate_hz, notes);
     let steps = (sampling.delay_s * sampling.rate_hz).round();
     if steps == 0.0 {
         return in_step(sampling, excitation, channels, notes);

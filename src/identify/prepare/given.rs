@@ -3,7 +3,7 @@
 use super::lines::MAX_LINES;
 use super::{Prepared, RecordKind, Response};
 use crate::identify::estimate::hann::is_windowed;
-use crate::identify::estimate::{Block, C64, Origin};
+use crate::identify::estimate::{Block, C64, OF_SENSORS, Origin};
 use crate::identify::record::Frf;
 use crate::identify::references::Pairs;
 use crate::notes::{Code, Notes};
@@ -16,13 +16,16 @@ pub(super) fn given(
     notes: &mut Notes,
 ) -> Option<Prepared> {
     let [low, high] = band_hz.unwrap_or([0.0, f64::INFINITY]);
+    let turned = turned(functions, notes);
+    let functions = turned.as_deref().unwrap_or(functions);
+    let blank = blank_lines(functions, notes);
     // One block, so that every response has its place in it.
     let (mut block, mut responses, mut kept) = (None::<Block>, Vec::new(), Vec::new());
     for function in functions {
         let within: Vec<usize> = (0..function.frequencies_hz.len())
             .filter(|&k| {
                 let f = function.frequencies_hz[k];
-                f > 0.0 && f >= low && f <= high
+                f > 0.0 && f >= low && f <= high && !blank.contains(&k)
             })
             .collect();
         let left_out = within.get(MAX_LINES).map(|&k| function.frequencies_hz[k]);
@@ -65,11 +68,6 @@ pub(super) fn given(
         return None;
     };
     if let Some(length_s) = is_windowed(&block.omega, &block.spectra) {
-        let what = format!(
-            "the peaks are as wide as a Hann window over {length_s:.4} s makes them, which the fit \
-             takes into account; damping is surer from raw records"
-        );
-        notes.warning(Code::Remark, None, what);
         block.origin = Origin::Responses { hann_s: Some(length_s) };
     }
     block.is_cut_out = band_hz.is_some();
@@ -83,6 +81,59 @@ pub(super) fn given(
     }
     let prepared = Prepared::of(RecordKind::GivenResponses, responses, vec![block]);
     Some(Prepared { pairs, ..prepared })
+}
+
+/// Responses with the other sign of phase as their conjugates, with a warning: what a force
+/// causes comes after it, so that the phase falls where the response is loud.
+fn turned(functions: &[Frf], notes: &mut Notes) -> Option<Vec<Frf>> {
+    /// Mean turn of the phase from line to line, weighted with the power; noise makes less.
+    const RISES: f64 = 0.02;
+    let (mut turn, mut power) = (0.0, 0.0);
+    for function in functions {
+        let own: f64 = function.values.iter().map(C64::norm_sqr).sum();
+        let pairs = function.values.windows(2).map(|pair| (pair[0].conj() * pair[1]).im);
+        // Responses count alike, whatever their units.
+        turn += pairs.sum::<f64>() / own.max(f64::MIN_POSITIVE);
+        power += 1.0;
+    }
+    if turn <= RISES * power {
+        return None;
+    }
+    let what = "the phase rises where the responses are loud, as if they came before the force: \
+                real and imaginary part follow the other convention (e^-iωt); they are read as \
+                conjugates; export them with the phase falling through a resonance";
+    notes.warning(Code::Disagreement, None, what);
+    let conjugated = |function: &Frf| Frf {
+        values: function.values.iter().map(C64::conj).collect(),
+        ..function.clone()
+    };
+    Some(functions.iter().map(conjugated).collect())
+}
+
+/// Lines on which all functions are exactly zero, as analysers blank those of the mains; they are
+/// left out, with a warning.
+fn blank_lines(functions: &[Frf], notes: &mut Notes) -> Vec<usize> {
+    let moves = |function: &&Frf| function.values.iter().any(|value| value.norm() > 0.0);
+    let moving: Vec<&Frf> = functions.iter().filter(moves).collect();
+    let Some(first) = moving.first() else { return Vec::new() };
+    let is_blank = |k: &usize| {
+        moving.iter().all(|own| own.values.get(*k).is_some_and(|value| value.norm() == 0.0))
+    };
+    let blank: Vec<usize> = (0..first.values.len()).filter(is_blank).collect();
+    let hz: Vec<String> = blank
+        .iter()
+        .map(|&k| first.frequencies_hz[k])
+        .filter(|hz| *hz > 0.0)
+        .map(|hz| format!("{hz:.2}"))
+        .collect();
+    if !hz.is_empty() {
+        let shown = hz.iter().take(6).map(String::as_str).collect::<Vec<_>>().join(", ");
+        let more = if hz.len() > 6 { format!(" and {} more", hz.len() - 6) } else { String::new() };
+        let what =
+            format!("all responses are exactly zero at {shown}{more} Hz: these lines are left out");
+        notes.warning(Code::Remark, None, what);
+    }
+    blank
 }
 
 /// Warns of responses that exchanging hammer and sensor should not change, and does.
@@ -116,8 +167,6 @@ fn warn_of_irreciprocal(
 
 /// Variance of each line of frequency responses that an analyser made, relative to its power.
 fn given_error(spectra: &[Vec<C64>]) -> Vec<f64> {
-    /// Sensors' gain and phase vary over frequency by this share.
-    const OF_SENSORS: f64 = 0.01;
     /// Averages of stretches shorter than a decay scatter where the response bends from line to
     /// line, by this share of its second difference.
     const OF_LEAKAGE: f64 = 0.3;

@@ -1,5 +1,6 @@
 //! Records → spectra ready for the estimation, in the band that the record fills.
 
+mod coupling;
 mod forced;
 mod given;
 mod lines;
@@ -14,7 +15,7 @@ use unforced::free;
 
 use super::estimate::subspace::Stationary;
 use super::estimate::{Block, C64};
-use super::quality::{check_channel, without_clipped, without_gaps};
+use super::quality::{check_channel, check_flat, without_clipped, without_gaps};
 use super::record::{Channel, Data, Instrument, Quantity, Record};
 use super::references::Pairs;
 use super::spectra::Averaged;
@@ -23,6 +24,11 @@ use crate::statistics::mean;
 
 /// Sampling rates below this are a wrong unit of time rather than a record of an arm.
 const SLOW_HZ: f64 = 5.0;
+
+/// Sampling rates above this, in records that are shorter than that, s, are so too: no mode of an
+/// arm rings so briefly.
+const FAST_HZ: f64 = 2e4;
+const BRIEF_S: f64 = 0.1;
 
 const NO_LINES: &str = "is too short for any line in the band";
 
@@ -162,24 +168,13 @@ fn sampled(
     responses: &[Channel],
     notes: &mut Notes,
 ) -> Option<Prepared> {
-    if let Some(window_s) = sampling.window_s {
-        let growth = Growth { steps: window_s * sampling.rate_hz };
-        let force = excitation.map(|channel| growth.cut(channel));
-        let grown: Vec<Channel> = responses.iter().map(|channel| growth.of(channel)).collect();
-        let count = |channels: &[Channel]| channels.first().map_or(0, |own| own.samples.len());
-        if count(&grown) < count(responses) {
-            let what = format!(
-                "samples from {:.3} s on are left out: exponential_window_s leaves less than 1 % \
-                 there",
-                count(&grown) as f64 / sampling.rate_hz
-            );
-            notes.warning(Code::Remark, None, what);
-        }
-        let sampling = Sampling { window_s: None, ..sampling };
-        return sampled(sampling, force.as_ref(), &grown, notes);
-    }
     let usable: Vec<&Channel> =
         responses.iter().filter(|channel| check_channel(channel, false, notes)).collect();
+    let growth = sampling.window_s.map(|window_s| Growth { steps: window_s * sampling.rate_hz });
+    if let Some(growth) = &growth {
+        // What was clipped before the window was laid over it is flat where that is taken off.
+        usable.iter().for_each(|channel| check_flat(&growth.of(channel), notes));
+    }
     let usable = without_gaps(without_clipped(usable, notes), sampling.rate_hz, notes);
     if sampling.rate_hz < SLOW_HZ {
         let what = format!(
@@ -189,18 +184,54 @@ fn sampled(
         );
         notes.warning(Code::Remark, None, what);
     }
+    if sampling.rate_hz > FAST_HZ && samples_of(&usable) < BRIEF_S * sampling.rate_hz {
+        let what = format!(
+            "lasts {:.3} ms at {:.0} samples/s, too short and too fast for modes of an arm: check \
+             sample_rate_hz, or the unit of the times",
+            1e3 * samples_of(&usable) / sampling.rate_hz,
+            sampling.rate_hz
+        );
+        notes.warning(Code::Units, None, what);
+    }
     if usable.is_empty() {
         notes.warning(Code::NoModes, None, "has no response that moves");
         return None;
     }
+    let Some(growth) = growth else { return excited(sampling, excitation, &usable, notes) };
+    let grown: Vec<Channel> = usable.iter().map(|channel| growth.of(channel)).collect();
+    let grown: Vec<&Channel> = grown.iter().collect();
+    if samples_of(&grown) < samples_of(&usable) {
+        let what = format!(
+            "samples from {:.3} s on are left out: exponential_window_s leaves less than 1 % there",
+            samples_of(&grown) / sampling.rate_hz
+        );
+        notes.warning(Code::Remark, None, what);
+    }
+    let force = excitation.map(|channel| growth.cut(channel));
+    excited(sampling, force.as_ref(), &grown, notes)
+}
+
+/// Samples of each channel.
+fn samples_of(channels: &[&Channel]) -> f64 {
+    channels.first().map_or(0, |channel| channel.samples.len()) as f64
+}
+
+fn excited(
+    sampling: Sampling,
+    excitation: Option<&Channel>,
+    responses: &[&Channel],
+    notes: &mut Notes,
+) -> Option<Prepared> {
     match excitation {
-        Some(force) if check_channel(force, true, notes) => forced(sampling, force, &usable, notes),
+        Some(force) if check_channel(force, true, notes) => {
+            forced(sampling, force, responses, notes)
+        }
         Some(_) => {
             let what = "the excitation does not move, so the force is unknown";
             notes.warning(Code::NoModes, None, what);
             None
         }
-        None => free(sampling, &usable, notes),
+        None => free(sampling, responses, notes),
     }
 }
 

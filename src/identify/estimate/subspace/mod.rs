@@ -145,7 +145,11 @@ fn estimate(found: &Found, sizes: &[f64]) -> PoleEstimate {
     }
 }
 
-/// Of each column of the stabilisation diagram, the pole with the median deviation.
+/// Of the poles of a column of the stabilisation diagram, the share that is surer than the one that
+/// counts: orders that a mode does not need state more than it scatters by.
+const SURER: f64 = 0.3;
+
+/// Of each column of the stabilisation diagram, that pole.
 fn modes(by_order: &[Vec<Found>]) -> Vec<&Found> {
     let mut columns: Vec<Vec<&Found>> = Vec::new();
     let is_known = |found: &&Found| {
@@ -171,7 +175,7 @@ fn modes(by_order: &[Vec<Found>]) -> Vec<&Found> {
     let mut modes: Vec<&Found> = Vec::new();
     for mut column in columns {
         column.sort_by(|a, b| a.omega_std.total_cmp(&b.omega_std));
-        let middle = column[column.len() / 2];
+        let middle = column[(SURER * column.len() as f64) as usize];
         // High orders split a mode in two.
         let is_split = modes.iter().any(|mode| {
             let apart = (mode.omega() - middle.omega()).abs();
