@@ -48,8 +48,8 @@ impl Machine<'_> {
     pub(super) fn end_of(&mut self, block: &Block) -> Result<Place, String> {
         let before = self.before();
         let mut end = before;
-        for axis in 0..3 {
-            end[axis] = self.axis(block, axis, before)?;
+        for (axis, end) in end.iter_mut().enumerate() {
+            *end = self.axis(block, axis, before)?;
         }
         let Plane([u, v, _]) = self.plane;
         if let Some([at_u, at_v]) = self.polar_end(block)? {
