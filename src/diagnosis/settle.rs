@@ -140,7 +140,7 @@ impl<'c> Question<'_, 'c> {
                 },
                 _ => best.2.best.fit.clone(),
             };
-            // A shape that takes the place of a cause is held against that, not against noise alone.
+            // A shape that takes the place of a cause is held against the cause alone.
             let takes_a_place = from.hypothesis.effects.len() < best.2.best.causes();
             let better_by = if takes_a_place { 0.0 } else { SHAPE_BETTER_BY };
             let shape = shape_of(&data, &from.evaluation.residuals, better_by);
