@@ -182,7 +182,7 @@ impl<'c> Search<'_, '_, 'c> {
         const MOST: usize = 12;
         let again = |mut models: Vec<Model<'c>>| {
             sort(&mut models);
-            models.truncate(MOST);
+            distinct(&mut models, MOST);
             let mut models = self.models_of(models.into_iter().map(|model| model.fit.hypothesis));
             sort(&mut models);
             models
@@ -190,7 +190,8 @@ impl<'c> Search<'_, '_, 'c> {
         let baseline = self.problem.optimise(Hypothesis::default())?;
         let causes = of_part.best.causes();
         let (singles, best) = (again(of_part.singles), again(vec![of_part.best]).pop()?);
-        let mut seen = again(of_part.seen);
+        let rivals = of_part.alternatives.iter().flatten().cloned();
+        let mut seen = again(of_part.seen.into_iter().chain(rivals).collect());
         let is_better = |model: &&Model<'c>| {
             model.causes() <= causes && model.log_evidence > best.log_evidence + 0.01
         };
@@ -447,5 +448,48 @@ impl<'c> Search<'_, '_, 'c> {
         }
         sort(&mut models);
         models
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::candidate::{Parameter, Scale};
+    use super::super::fit::tests::{arm, data};
+    use super::*;
+
+    /// A part of the table preferred a cause to its rival by chance.
+    #[test]
+    fn of_what_a_part_could_not_tell_apart_the_whole_table_chooses() {
+        let description = arm();
+        let offset = Parameter {
+            name: "dx_m",
+            scale: Scale::Linear(0.1),
+            nominal: Some(0.0),
+            bounds: [-1.0, 1.0],
+            starts: vec![0.1],
+            expected: None,
+        };
+        let candidates =
+            ["l2", "l3"].map(|at| Candidate::new(Cause::ComOffset, at, vec![offset.clone()]));
+        let of = |i: usize, at: f64| Hypothesis { effects: vec![(&candidates[i], vec![at])] };
+        let mut table = data(12);
+        let problem = Problem { description: &description, data: &table };
+        let without = problem.evaluate(&of(1, 1.5), false).unwrap().residuals;
+        for (i, (point, off)) in table.points.iter_mut().zip(without).enumerate() {
+            point.ln_f += 0.002 * (7.0 * i as f64).sin() - off.unwrap();
+        }
+        let problem = Problem { description: &description, data: &table };
+        let screen = Screen::new(&problem, &candidates).unwrap();
+        let known = Known::default();
+        let (candidates, screen, known) = (&candidates[..], &screen, &known);
+        let means = Means { candidates, screen, width: SearchWidth::FOLD, known };
+        let search = Search { problem: &problem, means };
+        let model = |i| search.models_of([of(i, 0.5)]).remove(0);
+        let baseline = problem.optimise(Hypothesis::default()).unwrap();
+        let (singles, best, alternatives) = (Vec::new(), model(0), vec![vec![model(1)]]);
+        assert!(model(1).log_evidence > best.log_evidence + 5.0);
+        let of_part = Choice { baseline, singles, best, alternatives, seen: Vec::new() };
+        let chosen = search.fitted(of_part).unwrap();
+        assert_eq!(chosen.best.fit.hypothesis.effects[0].0.at.as_deref(), Some("l3"));
     }
 }

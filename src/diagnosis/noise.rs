@@ -11,12 +11,13 @@ const TRIED: [f64; 7] = [0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 /// A mode's scale counts as many frequencies of the common one.
 const SHRINKAGE: f64 = 8.0;
 
-/// Log evidence by which a shape must be better than noise of each frequency alone.
-const BETTER_BY: f64 = 5.0;
-
-/// The likeliest shape of the noise for the residuals of a model; `None` if noise of each frequency
-/// alone does about as well.
-pub(super) fn shape_of(data: &Data, residuals: &[Option<f64>]) -> Option<NoiseShape> {
+/// The likeliest shape of the noise for the residuals of a model; `None` if it is not better than
+/// noise of each frequency alone by this much log evidence.
+pub(super) fn shape_of(
+    data: &Data,
+    residuals: &[Option<f64>],
+    better_by: f64,
+) -> Option<NoiseShape> {
     let n = data.points.len() as f64;
     // A cause may set all frequencies off alike: that says nothing of the noise.
     let known: Vec<f64> = residuals.iter().flatten().copied().collect();
@@ -63,7 +64,7 @@ pub(super) fn shape_of(data: &Data, residuals: &[Option<f64>]) -> Option<NoiseSh
         }
     }
     let (found, shape) = best?;
-    (found > plain + BETTER_BY).then_some(shape)
+    (found > plain + better_by).then_some(shape)
 }
 
 /// Scales of the modes from the residuals that a shape leaves, drawn towards a common one.

@@ -6,6 +6,7 @@ use super::choose::{Choice, Means, SearchWidth, choose};
 use super::data::Data;
 use super::decorrelation::NoiseShape;
 use super::fit::Fit;
+use super::hypothesis::Hypothesis;
 use super::known::Known;
 use super::likelihood::noise;
 use super::noise::shape_of;
@@ -17,9 +18,16 @@ use crate::model::Description;
 /// from.
 const PER_CAUSE: f64 = 4.0;
 
+/// What a law of conditions costs beyond that: conditions follow the hours as a drift does, and a
+/// law promises figures where nothing was measured.
+const PER_LAW_OF_CONDITIONS: f64 = 3.0;
+
 /// Noise of another shape without any cause that is further behind than this is not tried with
 /// causes.
 const WITHIN: f64 = 15.0;
+
+/// Log evidence by which a shape must be better than noise of each frequency alone.
+const SHAPE_BETTER_BY: f64 = 5.0;
 
 /// A shape that was improved by less than this is not tried again.
 const IMPROVED: f64 = 2.0;
@@ -119,8 +127,7 @@ impl<'c> Question<'_, 'c> {
     /// it, or of the model with the causes that were found so far.
     fn with_noise(&self, data: Data, plain: Choice<'c>) -> Option<(Data, Choice<'c>)> {
         let evidence = |data: &Data, choice: &Choice<'_>| {
-            let causes = choice.best.fit.hypothesis.effects.len() as f64;
-            choice.best.log_evidence - data.shape.cost - PER_CAUSE * causes
+            choice.best.log_evidence - data.shape.cost - price(&choice.best.fit.hypothesis)
         };
         let mut best = (evidence(&data, &plain), data.clone(), plain.clone());
         let mut tried: Vec<NoiseShape> = vec![NoiseShape::plain()];
@@ -133,7 +140,11 @@ impl<'c> Question<'_, 'c> {
                 },
                 _ => best.2.best.fit.clone(),
             };
-            let Some(shape) = shape_of(&data, &from.evaluation.residuals) else { continue };
+            // A shape that takes the place of a cause is held against the cause alone.
+            let takes_a_place = from.hypothesis.effects.len() < best.2.best.causes();
+            let better_by = if takes_a_place { 0.0 } else { SHAPE_BETTER_BY };
+            let shape = shape_of(&data, &from.evaluation.residuals, better_by);
+            let Some(shape) = shape else { continue };
             if tried.contains(&shape) || round == 3 && shape.drift == 0.0 {
                 continue;
             }
@@ -141,12 +152,13 @@ impl<'c> Question<'_, 'c> {
             let shaped = data.shaped(shape);
             let problem = Problem { description: self.description, data: &shaped };
             let alone = problem.evaluate(&from.hypothesis, false)?;
-            let causes = from.hypothesis.effects.len() as f64;
             let plausibility: f64 =
                 from.hypothesis.effects.iter().map(|(c, _)| c.plausibility).sum();
-            let price = 0.5 * from.freedom * (data.points.len() as f64).ln();
-            let promised =
-                alone.score + plausibility - price - shaped.shape.cost - PER_CAUSE * causes;
+            let of_freedom = 0.5 * from.freedom * (data.points.len() as f64).ln();
+            let promised = alone.score + plausibility
+                - of_freedom
+                - shaped.shape.cost
+                - price(&from.hypothesis);
             let least = match round {
                 0 | 3 => best.0 - WITHIN,
                 _ => best.0 + IMPROVED,
@@ -174,6 +186,12 @@ impl<'c> Question<'_, 'c> {
         let problem = Problem { description: self.description, data };
         (hypothesis.effects.len() < count).then(|| problem.optimise(hypothesis)).flatten()
     }
+}
+
+/// What causes cost against another shape of the noise.
+fn price(hypothesis: &Hypothesis<'_>) -> f64 {
+    let laws = hypothesis.effects.iter().filter(|(c, _)| c.cause.is_of_conditions()).count();
+    PER_CAUSE * hypothesis.effects.len() as f64 + PER_LAW_OF_CONDITIONS * laws as f64
 }
 
 /// The row that is most off, if `is_wrong` says of one by how many times the noise of the others

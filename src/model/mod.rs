@@ -13,6 +13,7 @@ mod correction;
 mod description;
 mod dynamics;
 mod fingerprint;
+mod frame;
 mod inertia;
 mod inverse_kinematics;
 mod placement;
@@ -36,7 +37,9 @@ pub use inertia::{
     body_mass_matrix, gravity_stiffness, lacking_rotations, mass_matrix, spring_constant,
     stiffness_matrix,
 };
-pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, turn_towards};
+pub use inverse_kinematics::{
+    IkFault, IkMethod, InverseKinematics, Singularity, Solver, turn_towards,
+};
 pub use placement::Placement;
 pub use plausibility::doubts;
 pub use pose_fault::PoseFault;

@@ -4,14 +4,18 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::body::Composite;
 use super::description::CoordinateKind;
+use super::frame::Frame;
 use super::products::{product, turned};
 use super::robot::{NodeMotion, Robot};
 
-/// Position and orientation of a node in the base frame.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
-    pub(super) rotation: Matrix3<f64>,
-    pub(super) origin: Vector3<f64>,
+/// Where the elastic coordinates are.
+#[derive(Clone, Copy)]
+enum Elastic<'a> {
+    /// At rest, and their axes are not asked for.
+    Unplaced,
+    AtRest,
+    /// rad or m.
+    At(&'a [f64]),
 }
 
 /// Axis of a coordinate in the base frame.
@@ -79,7 +83,7 @@ impl Placement {
     ///
     /// `q` must be a pose of the robot that the buffers were made for ([`Robot::check_pose`]).
     pub fn place(&mut self, robot: &Robot, q: &[f64]) {
-        self.place_frames(robot, q, None);
+        self.place_frames(robot, q, Elastic::AtRest);
         self.collect_composites(robot);
     }
 
@@ -93,10 +97,12 @@ impl Placement {
         self.collect_composites(robot);
     }
 
-    /// Places frames and axes alone: enough for [`forward_kinematics`](super::forward_kinematics)
-    /// and the Jacobians, while the mass matrix would see bodies of an earlier pose.
-    pub fn place_axes(&mut self, robot: &Robot, q: &[f64]) {
-        self.place_frames(robot, q, None);
+    /// Places frames and joint axes alone: enough for
+    /// [`forward_kinematics`](super::forward_kinematics) and
+    /// [`joint_jacobian`](super::joint_jacobian), while bodies and elastic axes stay where they
+    /// were.
+    pub fn place_joints(&mut self, robot: &Robot, q: &[f64]) {
+        self.place_frames(robot, q, Elastic::Unplaced);
     }
 
     /// Cosine of the angle between the axes of the elastic coordinates `i` and `j` as placed;
@@ -109,25 +115,20 @@ impl Placement {
 
     /// Places the robot at pose `q` with the elastic coordinates at `alpha` (rad or m).
     pub fn place_deflected(&mut self, robot: &Robot, q: &[f64], alpha: &[f64]) {
-        self.place_frames(robot, q, Some(alpha));
+        self.place_frames(robot, q, Elastic::At(alpha));
         self.collect_composites(robot);
     }
 
-    fn place_frames(&mut self, robot: &Robot, q: &[f64], alpha: Option<&[f64]>) {
+    fn place_frames(&mut self, robot: &Robot, q: &[f64], elastic: Elastic<'_>) {
         self.positions.copy_from_slice(q);
         for (index, node) in robot.nodes.iter().enumerate() {
-            let fixed_rotation = node.fixed.rotation.to_rotation_matrix();
             let mut frame = match node.parent {
-                None => Frame {
-                    rotation: *fixed_rotation.matrix(),
-                    origin: node.fixed.translation.vector,
-                },
+                None => node.fixed,
                 Some(parent) => {
                     let parent = &self.frames[parent];
                     Frame {
-                        rotation: product(&parent.rotation, fixed_rotation.matrix()),
-                        origin: parent.origin
-                            + turned(&parent.rotation, &node.fixed.translation.vector),
+                        rotation: product(&parent.rotation, &node.fixed.rotation),
+                        origin: parent.origin + turned(&parent.rotation, &node.fixed.origin),
                     }
                 }
             };
@@ -149,12 +150,17 @@ impl Placement {
                     frame.origin += direction * q[joint];
                 }
             }
-            for index in node.coordinates.clone() {
+            let coordinates = match elastic {
+                Elastic::Unplaced => 0..0,
+                Elastic::AtRest | Elastic::At(_) => node.coordinates.clone(),
+            };
+            for index in coordinates {
                 let coordinate = &robot.coordinates[index];
                 let direction = turned(&frame.rotation, &coordinate.axis);
                 let point = frame.origin + turned(&frame.rotation, &coordinate.origin.coords);
                 self.elastic_axes[index] = Axis { direction, point, kind: coordinate.kind };
-                let Some(alpha) = alpha.map(|alpha| alpha[index]) else { continue };
+                let Elastic::At(alpha) = elastic else { continue };
+                let alpha = alpha[index];
                 match coordinate.kind {
                     CoordinateKind::Rotation => {
                         let turn = Rotation3::from_axis_angle(&coordinate.axis, alpha);

@@ -85,7 +85,7 @@ impl<'d> Arm<'d> {
         let (tip, tip_offset) = robot.tip();
         let carried = ancestors(robot.nodes(), tip)
             .filter(|&n| robot.nodes()[n].parent.is_some_and(moves))
-            .map(|n| robot.nodes()[n].fixed.translation.vector.norm());
+            .map(|n| robot.nodes()[n].fixed.origin.norm());
         Self {
             description,
             bodies: bodies.collect(),

@@ -11,6 +11,7 @@ use super::correction::{Conditions, SpringState, StiffnessLaw};
 use super::description::{
     Calibration, CoordinateKind, Damping, Description, Inertial, JointKind, Mesh, Payload,
 };
+use super::frame::Frame;
 use super::pose_fault::PoseFault;
 use super::posterior::ParameterKind;
 use crate::notes::Note;
@@ -145,7 +146,7 @@ pub(crate) enum NodeMotion {
 pub(crate) struct Node {
     pub(crate) parent: Option<usize>,
     /// This node's frame in the parent's at q = 0, α = 0.
-    pub(crate) fixed: Isometry3<f64>,
+    pub(crate) fixed: Frame,
     pub(crate) motion: NodeMotion,
     /// Elastic coordinates of this node: indices into [`Robot::coordinates`], outermost first.
     pub(crate) coordinates: std::ops::Range<usize>,

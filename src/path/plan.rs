@@ -8,7 +8,7 @@ use super::configuration::{beside_configurations, compared, configured};
 use super::curve::Curve;
 use super::timed_path::{Knots, MoveKind, Path, Segment, shown_joints};
 use super::timing::{Clock, is_of_feed, largest_step, seconds, stands_still};
-use crate::model::{InverseKinematics, Placement, Robot, forward_kinematics};
+use crate::model::{InverseKinematics, Robot, Solver};
 use crate::motion::{Move, Target, Timing};
 use crate::notes::{Code, Note, Part, Place};
 use crate::units::percent_from_ratio;
@@ -232,8 +232,11 @@ fn unreachable(
 struct Planner<'r> {
     robot: &'r Robot,
     kinematics: &'r InverseKinematics,
+    solver: Solver<'r>,
     clock: Clock<'r>,
     q: Vec<f64>,
+    /// Joint positions where the last line or arc ended, and on which side of the singularities.
+    side_at: Option<(Vec<f64>, Option<bool>)>,
     knots: Knots,
     segments: Vec<Segment>,
     /// What the fastest joint of each move turns or slides, summed up.
@@ -250,8 +253,10 @@ impl<'r> Planner<'r> {
         Self {
             robot,
             kinematics,
+            solver: kinematics.solver(robot),
             clock: Clock::new(robot),
             q: start.to_vec(),
+            side_at: None,
             knots: Knots { time_s: vec![0.0], q: start.to_vec(), segment_of: Vec::new() },
             segments: Vec::new(),
             way_in_all: 0.0,
@@ -263,6 +268,9 @@ impl<'r> Planner<'r> {
 
     /// Runs all moves; an error comes with the waypoint, counted from 0.
     fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>), (usize, Refusal)> {
+        // Most moves have one knot.
+        self.segments.reserve(moves.len());
+        self.knots.reserve(moves.len(), self.q.len());
         for (index, next) in moves.iter().enumerate().skip(1) {
             self.index = index;
             self.extend(next).map_err(|refusal| (index, refusal))?;
@@ -277,7 +285,6 @@ impl<'r> Planner<'r> {
 
     /// One more move from where the arm stands.
     fn extend(&mut self, next: &Move) -> Result<(), Refusal> {
-        let from = || self.tip_now() * next.tcp;
         match &next.to {
             Target::Joints(q) => self.join(next, q.clone()),
             Target::JointsTo(pose) => {
@@ -299,22 +306,17 @@ impl<'r> Planner<'r> {
                 }
             }
             Target::Line(pose) => {
-                let curve = Curve::line(from(), *pose);
+                let curve = Curve::line(self.solver.tip(&self.q) * next.tcp, *pose);
                 self.follow(next, curve)
             }
             Target::Arc { via, end } => {
-                let curve = Curve::arc(from(), *via, *end).ok_or_else(|| {
+                let from = self.solver.tip(&self.q) * next.tcp;
+                let curve = Curve::arc(from, *via, *end).ok_or_else(|| {
                     (Code::Motion, "the three points of the arc lie on one line".to_owned())
                 })?;
                 self.follow(next, curve)
             }
         }
-    }
-
-    fn tip_now(&self) -> Isometry3<f64> {
-        let mut placement = Placement::new(self.robot);
-        placement.place_axes(self.robot, &self.q);
-        forward_kinematics(self.robot, &placement)
     }
 
     /// A move that is straight in the joints.
@@ -356,7 +358,10 @@ impl<'r> Planner<'r> {
         let mut stretch = (0.02 / length).min(1.0);
         let mut q = self.q.clone();
         let held = held_by(self.robot, next);
-        let (_, mut side) = self.singular_joints(&q, None);
+        let mut side = match &self.side_at {
+            Some((at, side)) if *at == q => *side,
+            _ => self.singular_joints(&q, None).1,
+        };
         while u < 1.0 {
             let end = if u + stretch > 1.0 - MIN_STRETCH { 1.0 } else { u + stretch };
             let tip = curve.at(end) * next.tcp.inverse();
@@ -366,7 +371,7 @@ impl<'r> Planner<'r> {
                     place_held(&mut seed, &self.q, next, end);
                     self.kinematics.near_holding(self.robot, &tip, &seed, held)
                 }
-                None => self.kinematics.near(self.robot, &tip, &q),
+                None => self.solver.near(&tip, &q),
             };
             let near = matches!(&step, Ok(solved) if largest_step(&q, solved) <= MAX_KNOT_STEP);
             if !near && stretch > MIN_STRETCH {
@@ -400,6 +405,7 @@ impl<'r> Planner<'r> {
             stretch *= 2.0;
         }
         compared(self.robot, next, &q)?;
+        self.side_at = Some((q, side));
         self.count_way(&ways)?;
         let duration = self.seconds(length, curve.turn_rad(), next, &ways)?;
         self.push(next, Some(curve), (length, duration), knots);
@@ -408,8 +414,12 @@ impl<'r> Planner<'r> {
 
     /// The joints whose motions cancel each other at `q`, in words, if the arm is singular there or
     /// has passed such a place since it was on side `before`; and the side that it is on now.
-    fn singular_joints(&self, q: &[f64], before: Option<bool>) -> (Option<String>, Option<bool>) {
-        let regular = self.kinematics.side_if_regular(self.robot, q, MIN_SINGULAR_VALUE);
+    fn singular_joints(
+        &mut self,
+        q: &[f64],
+        before: Option<bool>,
+    ) -> (Option<String>, Option<bool>) {
+        let regular = self.solver.side_if_regular(q, MIN_SINGULAR_VALUE);
         if regular.is_some() && (before.is_none() || before == regular) {
             return (None, regular);
         }

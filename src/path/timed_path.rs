@@ -8,7 +8,7 @@ use nalgebra::Isometry3;
 
 use super::curve::Curve;
 use super::timing::{largest_step, stands_still};
-use crate::model::{IkFault, InverseKinematics, JointKind, MovingJoint, PoseFault, Robot};
+use crate::model::{IkFault, InverseKinematics, JointKind, MovingJoint, PoseFault, Robot, Solver};
 use crate::motion::Move;
 use crate::units::{deg_from_rad, mm_from_m};
 use crate::wording::distinguishable;
@@ -354,7 +354,8 @@ impl<'a> Path<'a> {
 
     /// Something that reads the path at any s.
     pub fn reader(&self) -> PathReader<'_, 'a> {
-        PathReader { path: self, guess: vec![0.0; self.robot.joints().len()] }
+        let solver = self.kinematics.solver(self.robot);
+        PathReader { path: self, guess: vec![0.0; self.robot.joints().len()], solver }
     }
 }
 
@@ -363,6 +364,7 @@ impl<'a> Path<'a> {
 pub struct PathReader<'p, 'a> {
     path: &'p Path<'a>,
     guess: Vec<f64>,
+    solver: Solver<'p>,
 }
 
 impl PathReader<'_, '_> {
@@ -396,7 +398,7 @@ impl PathReader<'_, '_> {
             self.guess.copy_from_slice(q);
             let solved = match &segment.held {
                 Some(held) => path.kinematics.near_holding(path.robot, &tip, &self.guess, held),
-                None => path.kinematics.near(path.robot, &tip, &self.guess),
+                None => self.solver.near(&tip, &self.guess),
             };
             q.copy_from_slice(&solved?);
         }
@@ -420,4 +422,13 @@ pub(super) struct Knots {
     pub(super) time_s: Vec<f64>,
     pub(super) q: Vec<f64>,
     pub(super) segment_of: Vec<usize>,
+}
+
+impl Knots {
+    /// Room for so many more, of so many joints each.
+    pub(super) fn reserve(&mut self, more: usize, joints: usize) {
+        self.time_s.reserve(more);
+        self.q.reserve(more * joints);
+        self.segment_of.reserve(more);
+    }
 }

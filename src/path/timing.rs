@@ -68,7 +68,7 @@ impl<'a> Clock<'a> {
                 for (q, (a, b)) in self.q.iter_mut().zip(from.iter().zip(to)) {
                     *q = a + (b - a) * u;
                 }
-                self.placement.place_axes(self.robot, &self.q);
+                self.placement.place_joints(self.robot, &self.q);
                 joint_jacobian(self.robot, &self.placement, tcp, &mut self.jacobian);
                 let (mut velocity, mut turning) = (Vector3::zeros(), Vector3::zeros());
                 for (j, (a, b)) in from.iter().zip(to).enumerate() {

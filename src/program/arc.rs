@@ -126,6 +126,21 @@ pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
         .collect())
 }
 
+/// Which way an arc ends, in its plane: at the point on the way of a piece the tool goes along the
+/// piece's chord, and the chord from there to the end halves the angle that is left.
+pub(super) fn heading(arc: &Arc, pieces: &[Piece]) -> Option<Vector3<f64>> {
+    let last = pieces.last()?;
+    let before = pieces.iter().rev().nth(1).map_or(arc.start, |piece| piece.end);
+    let Plane([.., w]) = arc.plane;
+    let flat = |from: Vector3<f64>, to: Vector3<f64>| {
+        let mut way = arc.turn * (to - from);
+        way[w] = 0.0;
+        way.try_normalize(1e-9)
+    };
+    let (whole, rest) = (flat(before, last.end)?, flat(last.via, last.end)?);
+    Some(arc.turn.inverse() * (rest * (2.0 * rest.dot(&whole)) - whole))
+}
+
 fn polar(point: [f64; 2], centre: [f64; 2]) -> (f64, f64) {
     let [x, y] = [point[0] - centre[0], point[1] - centre[1]];
     (x.hypot(y), y.atan2(x))

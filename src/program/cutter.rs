@@ -53,7 +53,9 @@ pub(super) struct Hole {
     /// By peck, how far the tool goes back behind it to break chips; where nothing is said, to the
     /// clearance.
     pub(super) lifts: Vec<Option<f64>>,
-    /// Where the tool is left.
+    /// How fast it goes back for that.
+    pub(super) lift: Pace,
+    /// Where the tool is left, by way of the clearance unless it comes out at rapid to below it.
     pub(super) retract: f64,
     pub(super) feed: Pace,
     pub(super) out: Pace,
@@ -74,6 +76,8 @@ pub(super) struct Cutter<'a> {
     turned: Option<UnitQuaternion<f64>>,
     /// `None` until known.
     pub(super) at: [Option<f64>; 3],
+    /// Which way the tool went at the end of the last line or arc.
+    pub(super) heading: Option<Vector3<f64>>,
     pub(super) feed: Feed,
     pub(super) rpm: Option<f64>,
     /// Whether the program has started or stopped the spindle, and which.
@@ -97,6 +101,7 @@ impl<'a> Cutter<'a> {
             axis: Vector3::z_axis(),
             turned: None,
             at: [None; 3],
+            heading: None,
             feed: Feed { kind: FeedKind::PerMinute, value: None },
             rpm: None,
             is_on: None,
@@ -132,6 +137,7 @@ impl<'a> Cutter<'a> {
     pub(super) fn line_to(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
         let pose = self.pose(to);
         self.log.motion(line, Target::Line(pose), self.tcp, pace);
+        self.heading = self.place().and_then(|from| (to - from).try_normalize(1e-9));
         self.at = [Some(to.x), Some(to.y), Some(to.z)];
     }
 
@@ -145,6 +151,7 @@ impl<'a> Cutter<'a> {
     /// An arc or helix from where the tool is. A pace in seconds is that of the whole.
     pub(super) fn arc(&mut self, line: usize, arc: &Arc, pace: Pace) -> Result<(), String> {
         let pieces = arc::pieces(arc)?;
+        self.heading = arc::heading(arc, &pieces);
         let pace = match pace {
             Pace::Seconds(seconds) => Pace::Seconds(seconds / pieces.len() as f64),
             pace => pace,
@@ -196,7 +203,8 @@ impl<'a> Cutter<'a> {
                 self.log.dwell(line, hole.dwell_peck_s);
                 let lift = hole.lifts.get(index - 1).copied().flatten();
                 let lifted = lift.map_or(hole.clearance, |lift| before + lift).min(hole.clearance);
-                self.apart(line, above(lifted), hole.out);
+                let pace = if lift.is_some() { hole.lift } else { hole.out };
+                self.apart(line, above(lifted), pace);
                 if lift.is_none() {
                     self.log.dwell(line, hole.dwell_out_s);
                     let from = (before + hole.over_peck).min(hole.clearance);
@@ -206,10 +214,10 @@ impl<'a> Cutter<'a> {
             self.apart(line, above(depth), hole.feed);
         }
         self.log.dwell(line, hole.dwell_s);
-        self.apart(line, above(hole.clearance), hole.out);
-        if hole.retract > hole.clearance {
-            self.apart(line, above(hole.retract), Pace::Rapid);
+        if hole.retract >= hole.clearance || hole.out != Pace::Rapid {
+            self.apart(line, above(hole.clearance), hole.out);
         }
+        self.apart(line, above(hole.retract), Pace::Rapid);
     }
 
     /// A hole is tapped: at its bottom the spindle turns round.

@@ -134,6 +134,11 @@ impl Log {
         }
     }
 
+    /// A program of so many lines follows: most make one move or none.
+    pub(super) fn expect_lines(&mut self, lines: usize) {
+        self.moves.reserve(lines.min(self.max_moves));
+    }
+
     /// Motion is lost, wrong or impossible. The same error of the same line (in a loop) is kept
     /// once.
     pub(super) fn error(&mut self, code: Code, line: usize, what: impl Into<String>) {
@@ -334,6 +339,11 @@ impl Log {
         } else {
             self.away.get_or_insert((line, what));
         }
+    }
+
+    /// Whether the tool is where the program does not say.
+    pub(super) fn is_away(&self) -> bool {
+        self.away.is_some()
     }
 
     /// The feed of the job where the program states none. The first of all moves does not count.

@@ -301,7 +301,7 @@ fn arm(robot: &Robot) -> Arm {
     let (tip_part, tip) = robot.tip();
     let parts = robot.nodes().iter().enumerate().map(|(index, node)| Part {
         parent: node.parent,
-        frame: frame(&node.fixed),
+        frame: Frame { xyz_m: node.fixed.origin.into(), rotation: rows(&node.fixed.rotation) },
         joint: match node.motion {
             NodeMotion::Fixed => None,
             NodeMotion::Revolute { joint, axis } => {

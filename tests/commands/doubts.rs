@@ -324,7 +324,7 @@ fn a_stopped_spindle_two_lengths_and_no_unit_are_told_with_the_verdict() {
     assert_eq!(code(&silent), 2);
     assert!(err(&silent).contains("missing key 'spindle_rpm'"), "{silent:?}");
 
-    let tools = |second: u32| format!("G21\nT1 M6\n{on}T{second} M6\nG1 Y40\n");
+    let tools = |second: u32| format!("G21\nT1 M6\n{on}T{second} M6\nM3\nG1 Y40\n");
     let keys = ", tool_frames: {1: {xyz_m: [0, 0, 0.15]}, 2: {xyz_m: [0, 0, 0.17]}}";
     assert_eq!(verdict(&tools(1), ""), is("clear", ""));
     let two = job(&tools(2), "");

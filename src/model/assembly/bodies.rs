@@ -176,7 +176,7 @@ impl Bodies<'_> {
     fn open_node(&mut self, parent: Option<usize>, fixed: Isometry3<f64>) -> usize {
         self.nodes.push(Node {
             parent,
-            fixed,
+            fixed: fixed.into(),
             motion: NodeMotion::Fixed,
             coordinates: self.coordinates.len()..self.coordinates.len(),
             body: Inertial::none(),

@@ -54,7 +54,8 @@ impl Residual {
     }
 }
 
-/// Buffers of the iteration, made once a call.
+/// Buffers of the iteration.
+#[derive(Debug, Clone)]
 pub(super) struct Descent<'a> {
     robot: &'a Robot,
     scale: &'a Scale,
@@ -128,8 +129,15 @@ impl<'a> Descent<'a> {
 
     /// Pose of the tip at `q`.
     pub(super) fn tip(&mut self, q: &[f64]) -> Isometry3<f64> {
-        self.placement.place_axes(self.robot, q);
+        self.placement.place_joints(self.robot, q);
         forward_kinematics(self.robot, &self.placement)
+    }
+
+    /// Scaled J at `q`.
+    pub(super) fn jacobian_at(&mut self, q: &[f64]) -> &Matrix6xX<f64> {
+        self.placement.place_joints(self.robot, q);
+        self.linearise(&[]);
+        &self.jacobian
     }
 
     /// Position error over the length, and rotation vector, in the base frame; the robot is left
@@ -175,7 +183,12 @@ impl<'a> Descent<'a> {
         if n >= 6 {
             let mut normal = shift;
             for column in self.jacobian.column_iter() {
-                normal.ger(1.0, &column, &column, 1.0);
+                // The lower half is all that Cholesky reads.
+                for i in 0..6 {
+                    for j in 0..=i {
+                        normal[(i, j)] += column[i] * column[j];
+                    }
+                }
             }
             let x = normal.cholesky()?.solve(error);
             for (step, column) in self.step.iter_mut().zip(self.jacobian.column_iter()) {

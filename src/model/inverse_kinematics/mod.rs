@@ -16,6 +16,7 @@
 mod descent;
 mod fault;
 mod holding;
+mod solver;
 mod spherical;
 
 use std::f64::consts::{PI, TAU};
@@ -31,6 +32,7 @@ use super::robot::{LIMIT_SLACK, MovingJoint, Robot};
 use super::tip::{forward_kinematics, joint_jacobian};
 
 pub use self::fault::IkFault;
+pub use self::solver::Solver;
 
 /// An arm whose joint frames all lie within this has no length to scale by, m.
 const NO_LENGTH_M: f64 = 1e-9;
@@ -101,7 +103,7 @@ impl InverseKinematics {
     /// Chooses the method for `robot`.
     pub fn new(robot: &Robot) -> Self {
         let mut placement = Placement::new(robot);
-        placement.place_axes(robot, &vec![0.0; robot.joints().len()]);
+        placement.place_joints(robot, &vec![0.0; robot.joints().len()]);
         let zero_tip = forward_kinematics(robot, &placement);
         let length_m = chain_length(&placement.joint_axes, &zero_tip);
         let unit = |joint: &MovingJoint| if slides(joint) { length_m } else { 1.0 };
@@ -192,42 +194,7 @@ impl InverseKinematics {
         tip_pose: &Isometry3<f64>,
         seed: &[f64],
     ) -> Result<Vec<f64>, IkFault> {
-        robot.check_pose(seed).and_then(|()| self.check_robot(robot)).map_err(IkFault::Seed)?;
-        if !is_finite(tip_pose) {
-            return Err(IkFault::TargetNotFinite);
-        }
-        let mut descent = Descent::new(robot, &self.scale);
-        let mut q = seed.to_vec();
-        let miss = descent.run(tip_pose, &mut q, &[], SEARCHING_STEPS);
-        let is_reached = miss.is_reached(&self.scale);
-        if is_reached {
-            self.keep_limits(robot, tip_pose, &mut descent, &mut q);
-            if self.distance(&q, seed) <= ON_BRANCH {
-                return within_limits(robot, q);
-            }
-        }
-        let (mut candidates, other_miss) = self.branches(robot, tip_pose, &mut descent);
-        if is_reached {
-            candidates.push(q);
-        }
-        for q in &mut candidates {
-            turn_towards(robot, q, seed);
-        }
-        candidates.sort_by(|a, b| self.distance(a, seed).total_cmp(&self.distance(b, seed)));
-        let inside = candidates.iter().position(|q| worst_excess(robot, q).is_none());
-        match candidates.into_iter().nth(inside.unwrap_or(0)) {
-            Some(q) => within_limits(robot, q),
-            None => {
-                let other =
-                    other_miss.unwrap_or_else(|| self.nearest_miss(robot, tip_pose, &mut descent));
-                let nearest =
-                    if other.norm(&self.scale) < miss.norm(&self.scale) { other } else { miss };
-                Err(IkFault::OutOfReach {
-                    distance_m: nearest.distance_m,
-                    angle_rad: nearest.angle_rad,
-                })
-            }
-        }
+        self.solver(robot).near(tip_pose, seed)
     }
 
     /// How near pose `q` (rad or m) is to a singularity of the arm.
@@ -261,25 +228,14 @@ impl InverseKinematics {
 
     /// [`Singularity::is_right_handed`] of an arm of six joints whose smallest singular value at
     /// `q` is surely above `least`; `None` where that takes a closer look by [`Self::singularity`].
-    ///
-    /// The other five singular values multiply to no more than (‖J‖² / 5)^(5/2), ‖J‖ of Frobenius.
     pub fn side_if_regular(&self, robot: &Robot, q: &[f64], least: f64) -> Option<bool> {
-        /// Far more than the rounding of determinant and norm.
-        const SURE: f64 = 2.0;
-        robot.check_pose(q).and_then(|()| self.check_robot(robot)).ok()?;
-        if q.len() != 6 {
-            return None;
-        }
-        let (jacobian, scaled) = self.jacobians(robot, q);
-        let others = (scaled.norm_squared() / 5.0).powf(2.5);
-        let determinant = scaled.fixed_columns::<6>(0).into_owned().determinant();
-        if determinant.abs() > SURE * least * others { side(&jacobian) } else { None }
+        self.solver(robot).side_if_regular(q, least)
     }
 
     /// J of the joints at the tip, and the same with comparable rows and columns.
     fn jacobians(&self, robot: &Robot, q: &[f64]) -> (Matrix6xX<f64>, Matrix6xX<f64>) {
         let mut placement = Placement::new(robot);
-        placement.place_axes(robot, q);
+        placement.place_joints(robot, q);
         let mut jacobian = Matrix6xX::zeros(q.len());
         joint_jacobian(robot, &placement, &Point3::origin(), &mut jacobian);
         let scaled = Matrix6xX::from_fn(q.len(), |row, i| {
@@ -306,7 +262,7 @@ impl InverseKinematics {
             let is_regular = self
                 .singularity(robot, &q)
                 .is_ok_and(|measure| measure.smallest_singular_value > REGULAR);
-            placement.place_axes(robot, &q);
+            placement.place_joints(robot, &q);
             let target = forward_kinematics(robot, &placement);
             !is_regular
                 || self.closed_branches(&target, &mut descent).is_none_or(|found| {

@@ -230,12 +230,11 @@ impl Frames {
         let mut rest: Vec<Rest> = Vec::new();
         let mut chosen: Vec<Matrix3<f64>> = Vec::new();
         for node in robot.nodes() {
-            let fixed = node.fixed.rotation.to_rotation_matrix();
             let (rotation, origin, parent) = match node.parent {
-                None => (*fixed.matrix(), node.fixed.translation.vector, Matrix3::identity()),
+                None => (node.fixed.rotation, node.fixed.origin, Matrix3::identity()),
                 Some(p) => (
-                    rest[p].rotation * fixed.matrix(),
-                    rest[p].origin + rest[p].rotation * node.fixed.translation.vector,
+                    rest[p].rotation * node.fixed.rotation,
+                    rest[p].origin + rest[p].rotation * node.fixed.origin,
                     chosen[p],
                 ),
             };

@@ -274,6 +274,7 @@ impl Reader<'_> {
                 ("STEP" | "STEP1" | "INCR", Some((value, _))) if is_deep => {
                     cycle.pecks = [Some(self.mm(value.abs())); 2];
                 }
+                ("STEP" | "STEP1" | "INCR", Some(_)) => self.tell_step(line),
                 ("1STPECK", Some((value, _))) => cycle.pecks[0] = Some(self.mm(value.abs())),
                 ("SUBPECK", Some((value, _))) => cycle.pecks[1] = Some(self.mm(value.abs())),
                 ("DWELL", Some((value, _))) => cycle.dwell_s = value,
@@ -303,6 +304,13 @@ impl Reader<'_> {
         Err("numbers without keywords: write DEPTH, CLEAR and the unit before the feed".to_owned())
     }
 
+    fn tell_step(&mut self, line: usize) {
+        let what = "CYCLE: STEP of a cycle that is not deep is left out, and the hole read as one \
+                    stroke: what the post makes of it, pecks or a short way back to break chips, \
+                    is not stated";
+        self.cutter.log.warning(Code::MotionLeftOut, line, what);
+    }
+
     /// Rapid to the clearance, feed to the depth, and out.
     pub(super) fn drill(
         &mut self,
@@ -318,6 +326,7 @@ impl Reader<'_> {
             }
         }
         let feed = self.cutter.pace_of(feed)?;
+        let out = if cycle.out_at_feed { feed } else { Pace::Rapid };
         self.rapid = false;
         let frame = self.systems.start();
         let axis = frame.axis(self.axis);
@@ -331,7 +340,8 @@ impl Reader<'_> {
             lifts: Vec::new(),
             retract: cycle.retract.max(cycle.clear),
             feed,
-            out: if cycle.out_at_feed { feed } else { Pace::Rapid },
+            out,
+            lift: out,
             dwell_s: cycle.dwell_s,
             dwell_peck_s: 0.0,
             dwell_out_s: 0.0,

@@ -1,6 +1,6 @@
 //! A line of G-code → its words, with the places of their numbers.
 
-use super::expression::{Key, Parameters, Reader, not_vacant};
+use super::expression::{Key, Parameters, Reader, not_vacant, shown};
 use crate::program::span::Span;
 
 /// Sinumerik's words of several letters, as if each were one.
@@ -13,6 +13,14 @@ pub(super) const ROUNDED: u8 = b'o';
 pub(super) const CHAMFERED: u8 = b'h';
 /// CHF=: the length of the chamfer itself.
 pub(super) const CHAMFER_LENGTH: u8 = b'f';
+
+/// AP=, RP=, ANG=, and the point on the way of CIP: I1=, J1=, K1=.
+pub(super) const POLAR_ANGLE: u8 = b'p';
+pub(super) const POLAR_RADIUS: u8 = b'q';
+pub(super) const ANGLE: u8 = b'g';
+/// FB=: the feed of this block alone.
+pub(super) const BLOCK_FEED: u8 = b'e';
+pub(super) const ON_THE_WAY: [u8; 3] = *b"ijk";
 
 /// Whether a number counts from where the axis is, whatever G90 and G91 say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,6 +70,11 @@ impl Block {
 
     pub(super) fn has_any(&self, letters: &[u8]) -> bool {
         self.words.iter().any(|word| letters.contains(&word.letter))
+    }
+
+    /// Whether it gives a place, or a part of one.
+    pub(super) fn has_place(&self) -> bool {
+        self.has_any(b"XYZ") || self.has_any(&[POLAR_ANGLE, POLAR_RADIUS, ANGLE])
     }
 
     /// Codes of `letter` (G or M) in tenths, so that G91.1 is 911.
@@ -166,15 +179,27 @@ impl<'t> Lexer<'t> {
         while let Some(byte) = self.byte() {
             match byte {
                 b' ' | b'\t' => self.at += 1,
-                b'(' => {
-                    let rest = self.bytes.get(self.at..).unwrap_or_default();
-                    let end = rest.iter().position(|&byte| byte == b')');
-                    self.at += end.ok_or("a comment is not closed")? + 1;
-                }
+                b'(' => self.comment()?,
                 b';' => self.at = self.bytes.len(),
                 byte if byte.is_ascii_control() => self.at += 1,
                 _ => break,
             }
+        }
+        Ok(())
+    }
+
+    /// Up to the first `)`, behind which there may be the `)` of a comment that holds others.
+    fn comment(&mut self) -> Result<(), String> {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let end = rest.iter().position(|&byte| byte == b')').ok_or("a comment is not closed")?;
+        let opened = rest.iter().take(end).filter(|byte| **byte == b'(').count();
+        self.at += end + 1;
+        for _ in 1..opened {
+            if !is_next(self.bytes.get(self.at..), b')') {
+                return Err("a comment in a comment: controllers differ in where it ends".into());
+            }
+            let rest = self.bytes.get(self.at..).unwrap_or_default();
+            self.at += rest.iter().position(|&byte| byte == b')').unwrap_or(0) + 1;
         }
         Ok(())
     }
@@ -185,6 +210,27 @@ impl<'t> Lexer<'t> {
     ) -> Result<f64, String> {
         let mut reader = Reader::new(self.bytes, self.at, self.parameters);
         let value = read(&mut reader)?;
+        self.at = reader.at;
+        not_vacant(value)
+    }
+
+    /// Behind `=` in a block of Sinumerik's, in which nothing says when what it sets counts.
+    fn computed(
+        &mut self,
+        block: &Block,
+        read: impl FnOnce(&mut Reader<'t>) -> Result<f64, String>,
+    ) -> Result<f64, String> {
+        let mut reader = Reader::new(self.bytes, self.at, self.parameters);
+        let value = read(&mut reader);
+        let is_set = |key: &&Key| block.sets.iter().any(|(set, _)| set.name() == key.name());
+        if let Some(key) = reader.read.iter().find(is_set) {
+            return Err(format!(
+                "{} is read in the block that sets it: whether the value before counts or the new \
+                            one is not documented; write two blocks",
+                shown(key)
+            ));
+        }
+        let value = value?;
         self.at = reader.at;
         not_vacant(value)
     }
@@ -321,7 +367,7 @@ impl<'t> Lexer<'t> {
             |from: usize| bytes.get(from..).is_some_and(|d| d.iter().all(u8::is_ascii_digit));
         if bytes.first() == Some(&b'R') && bytes.len() > 1 && digits(1) {
             let key = Key::Name(name.to_ascii_lowercase());
-            let value = self.expression(Reader::expression)?;
+            let value = self.computed(block, Reader::expression)?;
             block.sets.push((key, value));
             return Ok(());
         }
@@ -334,15 +380,22 @@ impl<'t> Lexer<'t> {
             "CHR" => CHAMFERED,
             "CHF" => CHAMFER_LENGTH,
             "TURN" => TURNS,
+            "AP" => POLAR_ANGLE,
+            "RP" => POLAR_RADIUS,
+            "ANG" => ANGLE,
+            "FB" => BLOCK_FEED,
+            "I1" => ON_THE_WAY[0],
+            "J1" => ON_THE_WAY[1],
+            "K1" => ON_THE_WAY[2],
             // The main spindle is the first.
             "S1" | "M1" => bytes[0],
             "SPOS" | "SPOSA" => {
                 block.names.push(("SPOS".to_owned(), String::new()));
-                return self.expression(Reader::expression).map(|_| ());
+                return self.computed(block, Reader::expression).map(|_| ());
             }
             // How corners are smoothed, and the most that the spindle may turn.
             "ADIS" | "ADISPOS" | "CTOL" | "OTOL" | "ATOL" | "LIMS" => {
-                return self.expression(Reader::expression).map(|_| ());
+                return self.computed(block, Reader::expression).map(|_| ());
             }
             _ if bytes.len() == 1 && bytes[0] != b'_' => bytes[0],
             _ => {
@@ -350,7 +403,7 @@ impl<'t> Lexer<'t> {
                 if !name.starts_with('_') && self.parameters.get(&key).is_err() {
                     return Err(format!("'{name}=' is not understood"));
                 }
-                let value = self.expression(Reader::expression)?;
+                let value = self.computed(block, Reader::expression)?;
                 block.sets.push((key, value));
                 return Ok(());
             }
@@ -374,11 +427,11 @@ impl<'t> Lexer<'t> {
         };
         if counts != Counts::AsModal {
             self.at += rest.find('(').unwrap_or(2);
-            let value = self.expression(Reader::primary)?;
+            let value = self.computed(block, Reader::primary)?;
             return add(block, Word { letter, value, span: None, counts, has_point: true });
         }
         let from = self.at;
-        let value = match self.expression(Reader::expression) {
+        let value = match self.computed(block, Reader::expression) {
             // Where the machine goes, the program does not say in any case.
             Err(_) if self.is_of_machine() => {
                 self.at += rest.find([' ', '\t']).unwrap_or(rest.len());

@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::siemens::{Cycle, DrillingCall};
+use super::siemens::{Cycle, DrillingCall, coarse_pitch};
 use super::state::Machine;
-use crate::program::Pace;
 use crate::program::arc::Plane;
 use crate::program::cutter::{self, Feed, FeedKind, Hole};
 use crate::program::log::States;
-use crate::units::hz_from_rpm;
+use crate::program::{Pace, Spindle};
+use crate::units::{hz_from_rpm, m_per_s_from_mm_per_min};
 
 /// How far the drill goes back to break chips where the call has no _VRT, mm.
 const CHIP_BREAK_MM: f64 = 1.0;
@@ -37,14 +37,18 @@ impl Machine<'_> {
             return Err(format!("RTP ({back}) must not lie below RFP ({surface})"));
         }
         let shank = match call.cycle {
-            Cycle::Drill => 6,
-            Cycle::Peck => 17,
-            Cycle::Ream => 8,
+            Cycle::Drill => Some(6),
+            Cycle::Peck => Some(17),
+            Cycle::Ream => Some(8),
+            Cycle::Tap => None,
         };
-        if call.get(shank).is_some_and(|mode| mode != 0.0) {
+        if shank.and_then(|at| call.get(at)).is_some_and(|mode| mode != 0.0) {
             return Err("a depth to the drill's shank is not supported".to_owned());
         }
-        let feed = self.cutter.pace()?;
+        let feed = match call.cycle {
+            Cycle::Tap => Pace::Unstated,
+            _ => self.cutter.pace()?,
+        };
         let of_words = |own: &Self, at: usize| {
             let value = call.get(at).filter(|feed| *feed > 0.0);
             let value = value.map(|feed| own.feed_in(own.cutter.feed.kind, feed));
@@ -65,6 +69,7 @@ impl Machine<'_> {
                 let feed = own?.unwrap_or(feed);
                 (feed, out?.unwrap_or(feed))
             }
+            Cycle::Tap => self.tap(line, call)?,
             _ => (feed, Pace::Rapid),
         };
         let dwell = |at: usize, digit: i32| self.dwell_of(call, at, digit);
@@ -98,6 +103,8 @@ impl Machine<'_> {
             retract: origin + back,
             feed,
             out,
+            // Chips are broken by a way back at the feed.
+            lift: feed,
             dwell_s,
             dwell_peck_s,
             dwell_out_s,
@@ -105,8 +112,47 @@ impl Machine<'_> {
         let mut over = place;
         over[w] = 0.0;
         self.cutter.hole(line, over, Vector3::ith(w, 1.0), &hole);
+        if call.cycle == Cycle::Tap {
+            self.end_tap(line, call);
+        }
         self.cuts(line);
+        self.tell_length(line);
         Ok(())
+    }
+
+    /// CYCLE84: the feeds into the hole and out of it, by the pitch and the cycle's own speeds.
+    fn tap(&mut self, line: usize, call: &DrillingCall) -> Result<(Pace, Pace), String> {
+        let size = |at: usize| call.get(at).map(f64::abs).filter(|size| *size > 0.0);
+        if call.get(13).is_some_and(|unit| unit != 0.0 && unit != 1.0) {
+            return Err("CYCLE84: a pitch in another unit than mm is not supported".to_owned());
+        }
+        if call.get(15).is_some_and(|kind| kind != 0.0) {
+            return Err("CYCLE84: tapping in several strokes is not supported".to_owned());
+        }
+        let of_size = size(7).map(|size| {
+            coarse_pitch(size).ok_or_else(|| format!("MPIT: M{size} has no pitch of its own"))
+        });
+        let pitch = match (of_size.transpose()?, size(8)) {
+            (Some(a), Some(b)) if a != b => {
+                return Err("MPIT and PIT give different pitches".to_owned());
+            }
+            (of_size, pitch) => of_size.or(pitch).ok_or("CYCLE84 has no MPIT and no PIT")?,
+        };
+        let speed = size(10).ok_or("CYCLE84 has no SST")?;
+        let back = size(11).unwrap_or(speed);
+        self.cutter.taps(line);
+        // Both are words of the call, at which no new number can be written.
+        self.cutter.log.states(line, None, States::Spindle { value: speed, rpm_per_unit: 1.0 });
+        self.cutter.log.states(line, None, States::Tap);
+        self.cutter.log.spindle(line, Spindle::at(Some(speed)));
+        let pace = |rpm: f64| Pace::Feed(m_per_s_from_mm_per_min(pitch * rpm));
+        Ok((pace(speed), pace(back)))
+    }
+
+    /// SDAC: which way the spindle turns behind the tap, at the speed that was programmed before.
+    fn end_tap(&mut self, line: usize, call: &DrillingCall) {
+        let turns = matches!(call.get(6).map(|code| code as i64), Some(3 | 4));
+        self.cutter.turn_spindle(line, turns);
     }
 
     /// Seconds, or turns of the spindle where the value is negative or the mode says so.

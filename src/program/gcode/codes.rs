@@ -1,6 +1,6 @@
 //! A block of G-code → what the controller does, in the order that RS-274 gives.
 
-use super::block::{Block, DIRECTION, Word};
+use super::block::{BLOCK_FEED, Block, DIRECTION, Word};
 use super::flow::Flow;
 use super::names::Name;
 use super::state::{AXES, Machine, Motion};
@@ -26,9 +26,11 @@ struct Once {
     reference: bool,
     /// G53 and the like, as written.
     machine: Option<&'static str>,
-    /// G10, G52, G92: axis words set something.
+    /// G10, G52, G68, G92: axis words set something.
     sets: Option<i64>,
     macro_call: bool,
+    /// G110 to G112.
+    pole: Option<i64>,
     /// G43.1 with axes.
     tool_length: bool,
 }
@@ -78,7 +80,13 @@ fn run_checked(
             Name::Back => {
                 flow.back();
             }
+            Name::Call => return flow.call_file(name, block.get('P').unwrap_or(1.0)),
         }
+    }
+    if let Some(number) = block.get('L').filter(|_| machine.is_sinumerik)
+        && block.words.iter().all(|word| matches!(word.letter, b'N' | b'L' | b'P'))
+    {
+        return flow.call_file(&format!("L{number}"), block.get('P').unwrap_or(1.0));
     }
     let inches = machine.inches;
     let cancels_beside_motion =
@@ -95,16 +103,25 @@ fn run_checked(
         }
         machine.set_feed(line, feed, offset)?;
     }
+    let modal = machine.cutter.feed;
+    if let Some(feed) = block.word(BLOCK_FEED) {
+        machine.set_feed(line, feed, offset)?;
+    }
     if once.macro_call {
         return macro_call(flow, block);
     }
     spindle_and_tool(machine, &once, line, offset, block)?;
-    moves(machine, &once, line, block)?;
+    let done = moves(machine, &once, line, block);
+    if block.word(BLOCK_FEED).is_some() {
+        machine.cutter.feed = modal;
+    }
+    done?;
     // MCALL's cycle runs behind every block that moves.
     let turns = block.has_any(&super::rotary::LETTERS);
     let is_arc = matches!(machine.motion, Motion::Arc { .. }) && block.has_any(b"IJK");
-    if (block.has_any(&AXES) || turns || is_arc)
+    if (block.has_place() || turns || is_arc)
         && once.sets.is_none()
+        && once.pole.is_none()
         && !once.dwell
         && let Some(call) = machine.called.take()
     {
@@ -191,9 +208,21 @@ fn modal(
         20 => machine.motion = Motion::Arc { clockwise: true },
         30 => machine.motion = Motion::Arc { clockwise: false },
         40 => once.dwell = true,
-        170 => machine.plane = Plane::XY,
-        180 => machine.plane = Plane::ZX,
-        190 => machine.plane = Plane::YZ,
+        170 => machine.choose_plane(Plane::XY)?,
+        180 => machine.choose_plane(Plane::ZX)?,
+        190 => machine.choose_plane(Plane::YZ)?,
+        1100 | 1110 | 1120 if machine.is_sinumerik => once.pole = Some(code),
+        150 => machine.polar.is_on = false,
+        160 if !machine.is_sinumerik => {
+            machine.no_corner()?;
+            machine.keeps_frame("G16")?;
+            machine.begin_g16(line);
+        }
+        680 if !machine.is_sinumerik => once.sets = Some(code),
+        690 => {
+            machine.no_corner()?;
+            machine.turned = None;
+        }
         200 | 210 | 7000 | 7100 => machine.set_unit(matches!(code, 200 | 7000), false),
         700 | 710 => machine.set_unit(code == 700, machine.is_sinumerik),
         280 | 300 => once.reference = true,
@@ -211,8 +240,8 @@ fn modal(
         130 if block.has_any(b"IJK") => {
             return Err("G13 with words of a pocket is not supported".to_owned());
         }
-        400 | 430 | 440 | 490 | 500 | 690 | 610 | 611 | 640 | 150 | 130 | 970 | 6010 | 6020
-        | 6410 | 6420 | 90 | 600 | 4500 | 4510 => {}
+        400 | 430 | 440 | 490 | 500 | 610 | 611 | 640 | 130 | 970 | 6010 | 6020 | 6410 | 6420
+        | 90 | 600 | 4500 | 4510 => {}
         // GRBL and LinuxCNC: the axes are those of a tool's length.
         431 if has_axes && block.word(b'H').is_none() => once.tool_length = true,
         431 => {}
@@ -223,13 +252,13 @@ fn modal(
         530 | 1530 => once.machine = Some("G53"),
         541 | 1540 => {
             let offset = block.get('P').ok_or("G54.1 without P")?;
-            machine.work_offset(line, NUMBERED + offset as i64);
+            machine.work_offset(line, NUMBERED + offset as i64)?;
         }
         580 | 590 if machine.is_sinumerik && has_axes => {
             let shown = shown('G', code);
             return Err(format!("{shown} with axes shifts the work and is not supported"));
         }
-        540..=599 | 5000..=5990 => machine.work_offset(line, code),
+        540..=599 | 5000..=5990 => machine.work_offset(line, code)?,
         730 | 740 | 810..=869 | 890 => machine.start_cycle(code),
         CANCEL => machine.end_cycle(),
         900 => machine.relative = false,
@@ -283,12 +312,14 @@ fn spindle_and_tool(
     if let Some(length) = machine.length_in(block) {
         machine.cutter.length(line, length)?;
     }
-    let mut starts = false;
+    let (mut starts, mut restarts) = (false, false);
+    let turned = machine.cutter.is_on == Some(true);
     for code in block.codes('M') {
         match code {
             // M13 and M14 turn on the coolant, too.
             30 | 40 | 130 | 140 => {
                 starts = true;
+                restarts = true;
                 if machine.cutter.rpm.is_none() {
                     let what = "M3/M4 without S: the speed is not known yet";
                     machine.cutter.log.warning(Code::LeftOut, line, what);
@@ -299,12 +330,21 @@ fn spindle_and_tool(
             // Behind the block's motion, see `run_checked`.
             50 => {}
             1980 => return Err("M198 calls a program that is not read".to_owned()),
-            60 => machine.change_tool()?,
+            60 => {
+                machine.turns_through_change |= turned;
+                machine.change_tool()?;
+            }
             // The spindle stands at an angle until it is started anew.
             190 => machine.cutter.turn_spindle(line, false),
             0 | 10 | 20 | 300 | 70..=99 | 170 | 480 | 490 | 600 | 970 | 980 | 990 => {}
             _ => starts |= unknown(machine, line, code, speed.is_some()),
         }
+    }
+    // Whatever the order in the block; M5 and M19 stop it.
+    let stops = block.codes('M').any(|code| matches!(code, 50 | 190));
+    machine.turns_through_change &= !(restarts || stops);
+    if let Some(length) = block.get('D').filter(|_| machine.is_sinumerik) {
+        machine.is_without_length = length == 0.0;
     }
     if speed.is_some() && !starts {
         machine.cutter.assume_started(line);
@@ -336,6 +376,9 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     if let Some(code) = once.sets {
         return sets(machine, line, code, block);
     }
+    if let Some(code) = once.pole {
+        return machine.set_pole(code, block);
+    }
     if once.dwell {
         return machine.dwell(line, block);
     }
@@ -348,7 +391,7 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     if block.word(b'L').is_some() && !repeats && !matches!(machine.motion, Motion::Cycle(_)) {
         return Err("L calls a subprogram that is not read, or is not understood here".to_owned());
     }
-    let has_axes = block.has_any(&AXES) || block.has_any(&super::rotary::LETTERS);
+    let has_axes = block.has_place() || block.has_any(&super::rotary::LETTERS);
     let in_cycle = matches!(machine.motion, Motion::Cycle(_));
     let has_cycle_words = in_cycle && block.has_any(b"RQ");
     let full_turn = matches!(machine.motion, Motion::Arc { .. }) && block.has_any(b"IJK");
@@ -377,11 +420,14 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
             machine.straight(line, block, pace)
         }
         Motion::Arc { clockwise } => machine.arc(line, block, clockwise),
+        Motion::Through => machine.arc_through(line, block),
+        Motion::Tangent => machine.arc_tangent(line, block),
         Motion::Cycle(kind) => machine.drill(line, block, kind),
     };
     if machine.motion != Motion::Rapid {
         machine.cuts(line);
     }
+    machine.tell_length(line);
     machine.watch_unit(line, block);
     if machine.cutter.feed.kind == FeedKind::InverseTime {
         machine.cutter.feed.value = None;
@@ -389,9 +435,14 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     done
 }
 
-/// G10, G52 and G92.
+/// G10, G52, G68 and G92.
 fn sets(machine: &mut Machine<'_>, line: usize, code: i64, block: &Block) -> Result<(), String> {
     let axes = AXES.map(|axis| block.word(axis).map(|word| machine.mm(word.value)));
+    if code == 680 {
+        machine.no_corner()?;
+        return machine.turn_work(block);
+    }
+    machine.keeps_frame("a shift of the work")?;
     match code {
         520 => machine.shift.set_local(axes),
         920 => machine.stand_at(line, axes, false)?,
@@ -495,7 +546,10 @@ fn flow_codes(
                 };
                 flow.call(number, repeats, None)?;
             }
-            970 => return Err("M97: calls of a line are not supported".to_owned()),
+            970 => {
+                let number = block.get('P').ok_or("M97 without P")?;
+                flow.call_line(number, block.get('L').unwrap_or(1.0))?;
+            }
             _ => {}
         }
     }

@@ -55,6 +55,9 @@ impl Machine<'_> {
         block: &Block,
         kind: CycleKind,
     ) -> Result<(), String> {
+        if self.turned.is_some() && self.relative {
+            return Err("G91 under G68 is not supported".to_owned());
+        }
         if let CycleKind::Unknown(code) = kind {
             return Err(format!("G{code} is not supported"));
         }
@@ -113,6 +116,11 @@ impl Machine<'_> {
         let by = |axis: usize| block.word(AXES[axis]).map_or(0.0, |word| self.mm(word.value));
         let (by_u, by_v) = (by(u), by(v));
         let initial = if self.back_to_initial { self.cycle.initial } else { retract };
+        let initial = initial.max(retract);
+        if kind == CycleKind::Bore && !self.cycle.is_tap && initial > retract {
+            self.tell_way_out(line);
+        }
+        let out = if kind == CycleKind::Bore { feed } else { Pace::Rapid };
         let hole = Hole {
             clearance: retract,
             lifts: vec![self.cycle.breaks_chips.then_some(CLEARANCE_MM); depths.len()],
@@ -120,7 +128,8 @@ impl Machine<'_> {
             over_peck: CLEARANCE_MM,
             retract: initial,
             feed,
-            out: if kind == CycleKind::Bore { feed } else { Pace::Rapid },
+            out,
+            lift: out,
             dwell_s: if self.cycle.dwells { self.cycle.dwell_s } else { 0.0 },
             dwell_peck_s: 0.0,
             dwell_out_s: 0.0,
@@ -158,14 +167,25 @@ impl Machine<'_> {
         Ok(over)
     }
 
+    fn tell_way_out(&mut self, line: usize) {
+        let what = "G85 and G89 are left at the feed up to R and at rapid from there to the \
+                    initial level, as on Fanuc and Haas: LinuxCNC goes on at the feed behind \
+                    G89, and older RS-274 controllers behind G85, too";
+        self.tell_time(line, what);
+    }
+
+    /// What changes the time alone, which matters where the spindle's speed follows it.
+    fn tell_time(&mut self, line: usize, what: &str) {
+        let code = if self.is_scheduled { Code::UnitAssumed } else { Code::Assumed };
+        self.cutter.log.warning(code, line, what);
+    }
+
     fn tell_clearance(&mut self, line: usize) {
         let what = format!(
             "pecks stop {CLEARANCE_MM} mm over the last depth, and chips are broken by a way back \
              of as much, as LinuxCNC has it: on other controllers a parameter says how far"
         );
-        // The time matters where the spindle's speed follows it.
-        let code = if self.is_scheduled { Code::UnitAssumed } else { Code::Assumed };
-        self.cutter.log.warning(code, line, what);
+        self.tell_time(line, &what);
     }
 
     fn depths(&self, kind: CycleKind, retract: f64, bottom: f64) -> Result<Vec<f64>, String> {

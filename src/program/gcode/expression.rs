@@ -19,6 +19,8 @@ pub(super) struct Parameters {
     named: HashMap<String, f64>,
     /// Names of those that are rounded whenever they are set.
     whole: HashSet<String>,
+    /// Of Sinumerik's, in which R parameters alone are known to all programs.
+    is_sinumerik: bool,
     /// Calls that are open; of a macro (G65), locals that were not given are vacant.
     are_macros: Vec<bool>,
 }
@@ -39,7 +41,21 @@ pub(super) enum Key {
     Whole(String),
 }
 
+impl Key {
+    /// Whether it is rounded or not.
+    pub(super) fn name(&self) -> Result<&str, i64> {
+        match self {
+            Self::Number(number) => Err(*number),
+            Self::Name(name) | Self::Whole(name) => Ok(name),
+        }
+    }
+}
+
 impl Parameters {
+    pub(super) fn new(is_sinumerik: bool) -> Self {
+        Self { is_sinumerik, ..Self::default() }
+    }
+
     pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), String> {
         if value.is_nan() {
             match key {
@@ -99,14 +115,18 @@ impl Parameters {
     }
 
     fn take_locals(&mut self) -> Locals {
+        let is_local: fn(&str) -> bool = match self.is_sinumerik {
+            true => |name| !is_r_parameter(name),
+            false => |name| !name.starts_with('_'),
+        };
         Locals {
             numbered: self.numbered.extract_if(|number, _| (1..=33).contains(number)).collect(),
-            named: self.named.extract_if(|name, _| !name.starts_with('_')).collect(),
+            named: self.named.extract_if(|name, _| is_local(name)).collect(),
         }
     }
 }
 
-fn shown(key: &Key) -> String {
+pub(super) fn shown(key: &Key) -> String {
     match key {
         Key::Number(number) => format!("#{number}"),
         Key::Name(name) if is_r_parameter(name) => name.to_uppercase(),
@@ -129,6 +149,8 @@ pub(super) struct Reader<'t> {
     depth: usize,
     /// Parentheses hold comments, not terms.
     has_comments: bool,
+    /// Those that were read.
+    pub(super) read: Vec<Key>,
     /// What joins the terms of the brackets that are open.
     joined: Joined,
 }
@@ -144,7 +166,8 @@ struct Joined {
 
 impl<'t> Reader<'t> {
     pub(super) fn new(bytes: &'t [u8], at: usize, parameters: &'t Parameters) -> Self {
-        Self { bytes, at, parameters, depth: 0, has_comments: false, joined: Joined::default() }
+        let (read, joined) = (Vec::new(), Joined::default());
+        Self { bytes, at, parameters, depth: 0, has_comments: false, read, joined }
     }
 
     /// As RS-274 and Fanuc have it; Sinumerik has terms in parentheses.
@@ -223,6 +246,12 @@ impl<'t> Reader<'t> {
         Key::Name(name)
     }
 
+    fn parameter(&mut self, key: Key) -> Result<f64, String> {
+        let value = self.parameters.get(&key);
+        self.read.push(key);
+        value
+    }
+
     fn deeper<T>(
         &mut self,
         inner: impl FnOnce(&mut Self) -> Result<T, String>,
@@ -250,7 +279,7 @@ impl<'t> Reader<'t> {
             Some(b'#') => {
                 self.at += 1;
                 let key = self.deeper(Self::key)?;
-                self.parameters.get(&key)
+                self.parameter(key)
             }
             Some(open @ (b'[' | b'(')) => {
                 self.at += 1;
@@ -263,7 +292,7 @@ impl<'t> Reader<'t> {
             Some(byte) if byte.is_ascii_digit() || byte == b'.' => self.number(),
             Some(b'_') => {
                 let key = self.variable();
-                self.parameters.get(&key)
+                self.parameter(key)
             }
             Some(byte) if byte.is_ascii_alphabetic() => self.function(),
             _ => Err("expected a number in an expression".to_owned()),
@@ -289,6 +318,7 @@ impl<'t> Reader<'t> {
             && !(is_call || is_r_parameter(own))
             && let Ok(value) = self.parameters.get(&variable)
         {
+            self.read.push(variable);
             return Ok(value);
         }
         self.at = before;
@@ -298,7 +328,10 @@ impl<'t> Reader<'t> {
         }
         if name == "R" && self.bytes.get(self.at).is_some_and(u8::is_ascii_digit) {
             let number = self.number()?;
-            return self.parameters.get(&Key::Name(format!("r{number}")));
+            return self.parameter(Key::Name(format!("r{number}")));
+        }
+        if name == "EXISTS" {
+            return self.exists();
         }
         let of_degrees: fn(f64) -> f64 = match name.as_str() {
             "FIX" => f64::floor,
@@ -317,6 +350,19 @@ impl<'t> Reader<'t> {
         }
         let value = of_degrees(value);
         if value.is_finite() { Ok(value) } else { Err(format!("{name} has no finite result")) }
+    }
+
+    /// LinuxCNC's `EXISTS[#<name>]`.
+    fn exists(&mut self) -> Result<f64, String> {
+        self.expect(b'[')?;
+        self.expect(b'#')?;
+        let key = self.key()?;
+        self.expect(b']')?;
+        let is_set = self.parameters.get(&key).is_ok();
+        if !is_set && key.name().is_ok_and(|name| name.starts_with('_')) {
+            return Err(format!("EXISTS: {} may be one of the controller's", shown(&key)));
+        }
+        Ok(if is_set { 1.0 } else { 0.0 })
     }
 
     /// A primary that is not vacant.

@@ -4,7 +4,9 @@
 use std::collections::HashMap;
 
 use super::expression::{Locals, Parameters, Reader, not_vacant};
+use super::files::Files;
 use super::structure::{Structure, stripped};
+use crate::notes::Code;
 use crate::program::log::Log;
 use crate::program::unread::left_over;
 
@@ -18,8 +20,8 @@ const MAX_CALLS: usize = 10;
 struct Call {
     /// Line to go on with.
     back: usize,
-    /// Line of the subprogram's head, and how often it runs yet.
-    head: usize,
+    /// First line of the subprogram, and how often it runs yet.
+    first: usize,
     repeats: u32,
     /// The caller's locals, where the call has its own.
     kept: Option<Locals>,
@@ -51,6 +53,7 @@ impl<'t> Behind<'t> {
 
 pub(super) struct Flow<'t> {
     pub(super) lines: &'t [(usize, &'t str)],
+    pub(super) files: &'t Files<'t>,
     pub(super) parameters: Parameters,
     pub(super) next: usize,
     budget: usize,
@@ -72,10 +75,12 @@ pub(super) struct Flow<'t> {
 }
 
 impl<'t> Flow<'t> {
-    pub(super) fn new(lines: &'t [(usize, &'t str)], is_sinumerik: bool) -> Self {
+    pub(super) fn new(files: &'t Files<'t>, is_sinumerik: bool) -> Self {
+        let lines = files.lines.as_slice();
         let mut flow = Self {
             lines,
-            parameters: Parameters::default(),
+            files,
+            parameters: Parameters::new(is_sinumerik),
             next: 0,
             budget: lines.len().saturating_mul(2).saturating_add(LINES_IN_LOOPS),
             ended: false,
@@ -83,7 +88,7 @@ impl<'t> Flow<'t> {
             calls: Vec::new(),
             repeats: HashMap::new(),
             is_sinumerik,
-            structure: if is_sinumerik { Structure::of(lines) } else { Structure::default() },
+            structure: if is_sinumerik { Structure::of(files) } else { Structure::default() },
             o_words: Vec::new(),
             programs: HashMap::new(),
             numbers: HashMap::new(),
@@ -133,7 +138,13 @@ impl<'t> Flow<'t> {
 
     /// The line to run, or `None` at the end of the program or the file.
     pub(super) fn next_line(&mut self, log: &mut Log) -> Option<usize> {
-        if self.ended || self.next >= self.lines.len() {
+        if self.ended || self.next >= self.files.main().len() && self.calls.is_empty() {
+            return None;
+        }
+        if self.files.is_end(self.next) {
+            let what = "a subprogram ends without M99, M17 or RET: is the file whole?";
+            log.error(Code::Syntax, self.line_of_call(), what);
+            self.ended = true;
             return None;
         }
         if self.budget == 0 {
@@ -147,11 +158,17 @@ impl<'t> Flow<'t> {
         Some(self.next - 1)
     }
 
+    /// The line of the program from which what runs is called, counted from 1.
+    fn line_of_call(&self) -> usize {
+        self.calls.first().map_or(self.next, |call| call.back)
+    }
+
     /// The lines behind the end of the program that nothing has run or called.
     pub(super) fn left_over(&self) -> Vec<usize> {
         let subs = self.o_words.iter().filter(|o| o.keyword == "SUB").map(|o| o.line);
         let heads = self.programs.values().copied().chain(subs).collect();
-        left_over(&self.ran, self.next, &heads)
+        let ran = self.ran.get(..self.files.main().len()).unwrap_or_default();
+        left_over(ran, self.next.min(ran.len()), &heads)
     }
 
     /// M2, M30, the closing mark.
@@ -172,7 +189,7 @@ impl<'t> Flow<'t> {
         };
         if call.repeats > 1 {
             call.repeats -= 1;
-            self.next = call.head + 1;
+            self.next = call.first;
         } else if let Some(call) = self.calls.pop() {
             if let Some(kept) = call.kept {
                 self.parameters.leave(kept);
@@ -212,15 +229,44 @@ impl<'t> Flow<'t> {
         if !(0.0..=9999.0).contains(&repeats) || repeats.fract() != 0.0 {
             return Err(format!("a subprogram runs {repeats} times: expected a whole number"));
         }
-        let head = self.programs.get(&(number as i64)).copied();
-        let head = head.ok_or_else(|| format!("O{number} is not in this file"))?;
+        let own = self.programs.get(&(number as i64)).map(|head| self.behind_head(*head));
+        let names = [format!("O{number:04}"), format!("O{number}"), format!("{number}")];
+        let first = own.or_else(|| names.iter().find_map(|name| self.files.named(name)));
+        let first = first.ok_or_else(|| {
+            format!("O{number} is not in this file: name its own under path.program.files")
+        })?;
         // Whole and in 0..=9999, checked above.
-        self.enter(head, repeats as u32, locals, true)
+        self.enter(first, repeats as u32, locals, true)
+    }
+
+    /// A subprogram of Sinumerik's, a file of its own, so often.
+    pub(super) fn call_file(&mut self, name: &str, repeats: f64) -> Result<(), String> {
+        if !(0.0..=9999.0).contains(&repeats) || repeats.fract() != 0.0 {
+            return Err(format!("a subprogram runs {repeats} times: expected a whole number"));
+        }
+        let first = self.files.named(name).ok_or_else(|| {
+            format!(
+                "'{name}' calls a subprogram or a cycle that is not read, or is not understood; a \
+                 subprogram is read where path.program.files names its file"
+            )
+        })?;
+        // Whole and in 0..=9999, checked above.
+        self.enter(first, repeats as u32, Some(HashMap::new()), false)
+    }
+
+    /// M97 of Haas: from N `number` of the program that runs, to its M99.
+    pub(super) fn call_line(&mut self, number: f64, repeats: f64) -> Result<(), String> {
+        if !(0.0..=9999.0).contains(&repeats) || repeats.fract() != 0.0 {
+            return Err(format!("M97 runs {repeats} times: expected a whole number"));
+        }
+        let first = self.target(number)?;
+        // Whole and in 0..=9999, checked above.
+        self.enter(first, repeats as u32, None, false)
     }
 
     fn enter(
         &mut self,
-        head: usize,
+        first: usize,
         repeats: u32,
         locals: Option<HashMap<i64, f64>>,
         is_macro: bool,
@@ -232,8 +278,8 @@ impl<'t> Flow<'t> {
             return Ok(());
         }
         let kept = locals.map(|locals| self.parameters.enter(locals, is_macro));
-        self.calls.push(Call { back: self.next, head, repeats, kept });
-        self.next = self.behind_head(head);
+        self.calls.push(Call { back: self.next, first, repeats, kept });
+        self.next = first;
         Ok(())
     }
 
@@ -335,15 +381,20 @@ impl<'t> Flow<'t> {
 
     /// To N n of the program that runs: forward, then from its head.
     fn jump_to(&mut self, number: f64) -> Result<(), String> {
+        self.next = self.target(number)?;
+        Ok(())
+    }
+
+    fn target(&self, number: f64) -> Result<usize, String> {
         let here = self.next.saturating_sub(1);
         let heads = || self.programs.values().copied();
-        let head = heads().filter(|head| *head <= here).max().unwrap_or(0);
-        let end = heads().filter(|head| *head > here).min().unwrap_or(self.lines.len());
+        let file = self.files.around(here);
+        let head = heads().filter(|head| *head <= here).max().unwrap_or(0).max(file.start);
+        let end = heads().filter(|head| *head > here).min().unwrap_or(file.end).min(file.end);
         let number = number as i64;
         let ahead = self.numbered(number, self.next..end);
         let target = ahead.or_else(|| self.numbered(number, head..self.next));
-        self.next = target.ok_or_else(|| format!("there is no N{number} in this program"))?;
-        Ok(())
+        target.ok_or_else(|| format!("there is no N{number} in this program"))
     }
 
     /// The first of these lines that has a block number.
@@ -380,7 +431,7 @@ impl<'t> Flow<'t> {
                     next += 1;
                     locals.insert(next, reader.value()?);
                 }
-                self.enter(head, 1, Some(locals), false)
+                self.enter(head + 1, 1, Some(locals), false)
             }
             "IF" | "ELSEIF" if here.keyword == "IF" || self.arrived(line) => {
                 let (truth, _) = self.condition(behind.content, behind.rest)?;

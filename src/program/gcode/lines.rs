@@ -1,12 +1,12 @@
 //! Lines and arcs, and corners between two lines: `,R`, `,C`, RND=, CHR=, CHF=.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Rotation3, Unit, Vector2, Vector3};
 
-use super::block::{Block, CHAMFER_LENGTH, CHAMFERED, ROUNDED, TURNS};
+use super::block::{Block, CHAMFER_LENGTH, CHAMFERED, Counts, ON_THE_WAY, ROUNDED, TURNS};
 use super::state::Machine;
 use crate::notes::Code;
 use crate::program::Pace;
-use crate::program::arc::Arc;
+use crate::program::arc::{Arc, Centre, Plane};
 use crate::program::corner::{Corner, Kind};
 
 /// What a block asks for, and the size in mm.
@@ -62,6 +62,9 @@ impl Machine<'_> {
         let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
             return Err("an arc to an unknown position".to_owned());
         };
+        if self.polar.is_on && block.has_any(b"IJK") {
+            return Err("a centre under G16 is not supported".to_owned());
+        }
         let centre = self.centre(block, start)?;
         // Fanuc and LinuxCNC count the first turn, Sinumerik does not.
         let more_turns = match block.word(TURNS) {
@@ -86,6 +89,79 @@ impl Machine<'_> {
             return Err("an arc while a rotary axis of the work is used".to_owned());
         }
         self.cutter.arc(line, &arc, pace)
+    }
+
+    /// CIP: through a point on the way.
+    pub(super) fn arc_through(&mut self, line: usize, block: &Block) -> Result<(), String> {
+        let [start, end] = self.ends_of_arc(block)?;
+        let mut via = start;
+        let shift = self.shift.total();
+        for (axis, letter) in ON_THE_WAY.into_iter().enumerate() {
+            let Some(word) = block.word(letter) else { continue };
+            let is_relative = match word.counts {
+                Counts::AsModal => self.relative,
+                Counts::Absolute => false,
+                Counts::Relative => true,
+            };
+            via[axis] = self.mm(word.value) + if is_relative { start[axis] } else { shift[axis] };
+        }
+        let [a, b] = [via - start, end - start];
+        let normal = a.cross(&b);
+        if normal.norm() <= 1e-9 * a.norm() * b.norm() || !block.has_any(&ON_THE_WAY) {
+            return Err("CIP: its three points lie on one line".to_owned());
+        }
+        let towards = normal.cross(&a) * b.norm_squared() + b.cross(&normal) * a.norm_squared();
+        let centre = start + towards / (2.0 * normal.norm_squared());
+        let pace = self.cutter.pace()?;
+        self.cutter.arc(line, &Arc::about(start, end, centre, Unit::new_normalize(normal)), pace)
+    }
+
+    /// CT: on from the line or arc before without a bend, in the plane.
+    pub(super) fn arc_tangent(&mut self, line: usize, block: &Block) -> Result<(), String> {
+        let [start, end] = self.ends_of_arc(block)?;
+        let Plane([u, v, _]) = self.plane;
+        let heading = self.cutter.heading.map(|way| Vector2::new(way[u], way[v]));
+        let heading = heading.and_then(|way| way.try_normalize(1e-9));
+        let heading = heading.ok_or("CT behind no line or arc in the plane")?;
+        let chord = Vector2::new(end[u] - start[u], end[v] - start[v]);
+        let left = Vector2::new(-heading.y, heading.x);
+        let off = left.dot(&chord);
+        let pace = self.cutter.pace()?;
+        if off.abs() <= 1e-9 * chord.norm() {
+            return if heading.dot(&chord) > 0.0 {
+                self.line_to(line, end, pace, None)
+            } else {
+                Err("CT: the end lies straight behind the tool".to_owned())
+            };
+        }
+        let to_centre = left * (chord.norm_squared() / (2.0 * off));
+        let arc = Arc {
+            start,
+            end,
+            plane: self.plane,
+            turn: Rotation3::identity(),
+            clockwise: off < 0.0,
+            centre: Centre::At([start[u] + to_centre.x, start[v] + to_centre.y]),
+            more_turns: 0,
+        };
+        self.cutter.arc(line, &arc, pace)
+    }
+
+    /// Start and end of an arc of Sinumerik's.
+    fn ends_of_arc(&mut self, block: &Block) -> Result<[Vector3<f64>; 2], String> {
+        self.turn(block)?;
+        self.no_corner()?;
+        if asked(block, |length| length)?.is_some() {
+            return Err("a corner at the end of an arc is not supported".to_owned());
+        }
+        if self.rotary.moves_work() {
+            return Err("an arc while a rotary axis of the work is used".to_owned());
+        }
+        let start = self.cutter.place().ok_or("an arc from an unknown position")?;
+        match self.end_of(block)? {
+            [Some(x), Some(y), Some(z)] => Ok([start, Vector3::new(x, y, z)]),
+            _ => Err("an arc to an unknown position".to_owned()),
+        }
     }
 
     /// A line, with the corner before it cut off, and the one behind it to be.

@@ -2,14 +2,15 @@
 //!
 //! Read: G0–G3 (centre and radius form, full turns, helices), G4, G10, G17–G19, G20/G21, G52,
 //! G90/G91, G90.1/G91.1, G92, G93–G95, corners, drilling by G73, G81–G86 and G89 with G98/G99, F,
-//! S, M3–M5, subprograms, loops, conditions, parameters and expressions, and Sinumerik's words and
-//! drilling cycles as milling posts write them. The work offset under which the path starts is the
-//! job's work object. Reported and left out: radius compensation (the path is read as programmed),
-//! M codes that are not known. Errors: everything else that moves, shifts or computes motion; two
-//! words of one letter or two codes of one modal group in a block. Until X, Y and Z are all given
-//! the place is not known: the path starts where they are, and a move at feed before is an error.
-//! Reference and machine positions (G28, G30, G53) are not in the program, so behind them axes are
-//! not known, either, until rapid moves set them again.
+//! S, M3–M5, G16, G68, subprograms (also of files beside the program), loops, conditions,
+//! parameters and expressions, and Sinumerik's words and drilling cycles as milling posts write
+//! them. The work offset under which the path starts is the job's work object. Reported and left
+//! out: radius compensation (the path is read as programmed), M codes that are not known. Errors:
+//! everything else that moves, shifts or computes motion; two words of one letter or two codes of
+//! one modal group in a block. Until X, Y and Z are all given the place is not known: the path
+//! starts where they are, and a move at feed before is an error. Reference and machine positions
+//! (G28, G30, G53) are not in the program, so behind them axes are not known, either, until rapid
+//! moves set them again.
 
 mod block;
 mod called;
@@ -17,9 +18,13 @@ mod codes;
 mod cycle;
 mod dwell;
 mod expression;
+mod files;
 mod flow;
+mod frame;
 mod lines;
 mod names;
+mod patterns;
+mod places;
 mod rotary;
 mod shift;
 mod siemens;
@@ -33,20 +38,30 @@ use super::unread::{behind_end, read_as_run};
 use crate::notes::Code;
 use block::Block;
 use expression::{Key, Parameters};
+use files::Files;
 use flow::Flow;
 use state::Machine;
 
 /// Reads a G-code file into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik: bool) {
-    let lines = split(text);
-    let mut machine = Machine::new(settings, log, changes_tools(&lines));
+    let files = Files::new(text, &settings.companions);
+    let lines = files.main();
+    log.expect_lines(lines.len());
+    let mut machine = Machine::new(settings, log, changes_tools(&files.lines));
     machine.is_sinumerik = is_sinumerik;
-    let mut flow = Flow::new(&lines, is_sinumerik);
+    let mut flow = Flow::new(&files, is_sinumerik);
     let mut block = Block::default();
     let mut has_begun = false;
+    // Of the program itself: of a file beside it, where it is called.
+    let mut line = 1;
     while let Some(index) = flow.next_line(machine.cutter.log) {
-        let (offset, content) = lines[index];
-        let line = index + 1;
+        let (offset, content) = files.lines[index];
+        let beside = files.beside(index);
+        let is_beside = beside.is_some();
+        if !is_beside {
+            line = index + 1;
+        }
+        machine.cutter.log.within(beside.unwrap_or_default());
         if content.trim_start().starts_with('/') {
             read_as_run(machine.cutter.log, line);
         }
@@ -63,12 +78,16 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
             read_as_run(machine.cutter.log, line);
         }
         match parsed {
+            Ok(()) if block.mark && is_beside => {}
             // What stands behind the closing mark is not part of the program.
             Ok(()) if block.mark && has_begun => {
                 flow.end();
                 break;
             }
             Ok(()) => {
+                if is_beside {
+                    block.words.iter_mut().for_each(|word| word.span = None);
+                }
                 has_begun |= !block.words.is_empty() || !block.names.is_empty();
                 codes::run(&mut machine, &mut flow, line, offset, &block);
                 set_parameters(&mut machine, &mut flow.parameters, line, &mut block);
@@ -82,6 +101,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
             return;
         }
     }
+    machine.cutter.log.within(String::new());
     machine.tell_cuts_before_change();
     let open = machine.corner.map(|corner| corner.line);
     if let (Some(line), Err(what)) = (open, machine.no_corner()) {
@@ -96,7 +116,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     let moves = |line: &usize| {
         // What cannot be parsed is no block: remarks behind the closing mark.
         let is_block = block::parse(lines[*line].1, &mut block, &flow.parameters).is_ok();
-        is_block && block.has_any(&state::AXES)
+        is_block && block.has_place()
     };
     if let Some(line) = flow.left_over().into_iter().find(moves) {
         behind_end(machine.cutter.log, line + 1);
@@ -118,17 +138,6 @@ fn set_parameters(
             machine.cutter.log.error(Code::Value, line, what);
         }
     }
-}
-
-/// Lines without their ends, each with where it begins.
-fn split(text: &str) -> Vec<(usize, &str)> {
-    let mut start = 0;
-    let lines = text.split_inclusive('\n').map(|whole| {
-        let at = start;
-        start += whole.len();
-        (at, whole.trim_end_matches(['\n', '\r']))
-    });
-    lines.collect()
 }
 
 /// Whether any line has M6: then T alone only selects.

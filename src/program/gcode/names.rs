@@ -3,10 +3,10 @@
 use super::block::{Block, Word};
 use super::expression::Parameters;
 use super::siemens::DrillingCall;
-use super::state::{AXES, Machine};
+use super::state::{AXES, Machine, Motion};
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 45] = [
+const HARMLESS: [&str; 44] = [
     "FNORM",
     "DIAMOF",
     "MSG",
@@ -33,7 +33,6 @@ const HARMLESS: [&str; 45] = [
     "CFIN",
     "G0DIST",
     "SETAL",
-    "PROC",
     "EXTERN",
     "GROUP",
     "GROUP_BEGIN",
@@ -68,7 +67,9 @@ pub(super) enum Name {
     Machine,
     /// The subprogram ends.
     Back,
-    /// The block's axes are those of a frame that shifts and turns nothing.
+    /// A file of its own may have this name.
+    Call,
+    /// Done: its axes are those of a frame that shifts and turns nothing, or it is a head.
     Frame,
 }
 
@@ -86,6 +87,15 @@ impl Machine<'_> {
         }
         if name == "RET" {
             return Ok(Name::Back);
+        }
+        if name == "PROC" {
+            // The head of a subprogram, its name behind.
+            return match block.names.iter().any(|(own, _)| own == "SAVE") {
+                true => {
+                    Err("PROC with SAVE, behind which modes go back, is not supported".to_owned())
+                }
+                false => Ok(Name::Frame),
+            };
         }
         if name == "TRAORI" {
             // Places are those of the tool tip; directions by A3 to C3 or the job's rotary axes.
@@ -125,6 +135,17 @@ impl Machine<'_> {
                 [_, (cycle, _)] if is_drilling(cycle) => Ok(Name::None),
                 _ => Err("MCALL: what it calls is not supported".to_owned()),
             };
+        }
+        if matches!(name, "CIP" | "CT") && self.is_sinumerik {
+            self.keeps_frame(name)?;
+            self.motion = if name == "CIP" { Motion::Through } else { Motion::Tangent };
+            return Ok(Name::None);
+        }
+        if matches!(name, "HOLES1" | "HOLES2") && self.is_sinumerik {
+            if block.names.len() > 1 || block.words.iter().any(|word| word.letter != b'N') {
+                return Err(format!("{name} must stand in a block of its own"));
+            }
+            return self.pattern(line, name, inside, known).map(|()| Name::None);
         }
         if is_drilling(name) {
             let call = DrillingCall::read(name, inside, known)?;
@@ -179,9 +200,14 @@ impl Machine<'_> {
             return Err(format!("{name} shifts or turns the work and is not supported"));
         }
         if self.is_sinumerik {
-            return Err(format!(
-                "'{name}' calls a subprogram or a cycle that is not read, or is not understood"
-            ));
+            let others = |word: &Word| !matches!(word.letter, b'N' | b'P');
+            if block.names.len() > 1 || !inside.trim().is_empty() || block.words.iter().any(others)
+            {
+                return Err(format!(
+                    "'{name}' calls a subprogram or a cycle that is not read, or is not understood"
+                ));
+            }
+            return Ok(Name::Call);
         }
         Err(format!("'{name}' is not understood, must be letters each with a number"))
     }

@@ -20,6 +20,8 @@ pub(super) enum Cycle {
     Drill,
     /// 83.
     Peck,
+    /// 84: with a tap, in and out with the spindle's turns.
+    Tap,
     /// 85: out at a feed.
     Ream,
 }
@@ -30,26 +32,15 @@ impl DrillingCall {
         let cycle = match name {
             "CYCLE81" | "CYCLE82" => Cycle::Drill,
             "CYCLE83" => Cycle::Peck,
+            "CYCLE84" => Cycle::Tap,
             "CYCLE85" => Cycle::Ream,
             _ => {
                 return Err(format!(
-                    "{name}: of Sinumerik's cycles CYCLE81, 82, 83 and 85 alone are supported"
+                    "{name}: of Sinumerik's cycles CYCLE81 to CYCLE85 alone are supported"
                 ));
             }
         };
-        let read = |text: &str| {
-            if text.trim().is_empty() {
-                return Ok(None);
-            }
-            let mut reader = Reader::new(text.as_bytes(), 0, known);
-            let value = not_vacant(reader.expression()?)?;
-            match reader.peek() {
-                None => Ok(Some(value)),
-                Some(_) => Err(format!("{name}: '{}' is not understood", text.trim())),
-            }
-        };
-        let parameters = inside.split(',').map(read).collect::<Result<_, String>>()?;
-        Ok(Self { cycle, parameters })
+        Ok(Self { cycle, parameters: arguments(name, inside, known)? })
     }
 
     pub(super) fn get(&self, place: usize) -> Option<f64> {
@@ -61,6 +52,7 @@ impl DrillingCall {
         let place = match self.cycle {
             Cycle::Drill => 8,
             Cycle::Peck => 19,
+            Cycle::Tap => 23,
             Cycle::Ream => 10,
         };
         // Saturates; modes have seven digits.
@@ -73,6 +65,7 @@ impl DrillingCall {
         let (plane, last, axis) = match self.cycle {
             Cycle::Drill => (7, 8, None),
             Cycle::Peck => (18, 19, Some(12)),
+            Cycle::Tap => (22, 23, Some(12)),
             Cycle::Ream => (9, 10, None),
         };
         // Saturates; modes have few digits.
@@ -97,7 +90,9 @@ impl DrillingCall {
         mode: i64,
         surface: f64,
     ) -> Result<Option<f64>, String> {
-        let by = self.get(relative).map(|depth| surface - depth.abs());
+        // A relative depth of 0 is none.
+        let by = self.get(relative).filter(|depth| *depth != 0.0);
+        let by = by.map(|depth| surface - depth.abs());
         match (self.get(absolute), by, mode) {
             (None, None, _) => Ok(None),
             (Some(depth), None, 0 | 2) => Ok(Some(depth)),
@@ -138,4 +133,55 @@ impl DrillingCall {
         }
         Ok(depths)
     }
+}
+
+/// What stands between the parentheses of a call: numbers, `None` where nothing or an empty text
+/// stands.
+pub(super) fn arguments(
+    name: &str,
+    inside: &str,
+    known: &Parameters,
+) -> Result<Vec<Option<f64>>, String> {
+    let read = |text: &str| {
+        if matches!(text.trim(), "" | "\"\"") {
+            return Ok(None);
+        }
+        let mut reader = Reader::new(text.as_bytes(), 0, known);
+        let value = not_vacant(reader.expression()?)?;
+        match reader.peek() {
+            None => Ok(Some(value)),
+            Some(_) => Err(format!("{name}: '{}' is not understood", text.trim())),
+        }
+    };
+    inside.split(',').map(read).collect()
+}
+
+/// Pitch of a metric thread by its diameter, mm: the coarse series of ISO 261.
+pub(super) fn coarse_pitch(diameter: f64) -> Option<f64> {
+    const SERIES: [(f64, f64); 23] = [
+        (3.0, 0.5),
+        (3.5, 0.6),
+        (4.0, 0.7),
+        (5.0, 0.8),
+        (6.0, 1.0),
+        (8.0, 1.25),
+        (10.0, 1.5),
+        (12.0, 1.75),
+        (14.0, 2.0),
+        (16.0, 2.0),
+        (18.0, 2.5),
+        (20.0, 2.5),
+        (22.0, 2.5),
+        (24.0, 3.0),
+        (27.0, 3.0),
+        (30.0, 3.5),
+        (33.0, 3.5),
+        (36.0, 4.0),
+        (39.0, 4.0),
+        (42.0, 4.5),
+        (45.0, 4.5),
+        (48.0, 5.0),
+        (52.0, 5.0),
+    ];
+    SERIES.into_iter().find(|(own, _)| *own == diameter).map(|(_, pitch)| pitch)
 }

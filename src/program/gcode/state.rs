@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::block::{Block, Counts, DIRECTION, RADIUS, Word};
+use super::block::{Block, Counts, DIRECTION, POLAR_ANGLE, POLAR_RADIUS, RADIUS, Word};
+use super::frame::{Polar, Turned};
 use super::rotary::Rotary;
 use super::shift::Shift;
 use super::siemens::DrillingCall;
@@ -22,7 +23,13 @@ pub(super) enum Motion {
     None,
     Rapid,
     Straight,
-    Arc { clockwise: bool },
+    Arc {
+        clockwise: bool,
+    },
+    /// CIP.
+    Through,
+    /// CT.
+    Tangent,
     Cycle(CycleKind),
 }
 
@@ -80,6 +87,8 @@ pub(super) struct Machine<'a> {
     /// Sinumerik's cycle that MCALL runs at every position.
     pub(super) called: Option<DrillingCall>,
     pub(super) shift: Shift,
+    pub(super) polar: Polar,
+    pub(super) turned: Option<Turned>,
     pub(super) rotary: Rotary<'a>,
     pub(super) corner: Option<Corner>,
     pub(super) dwell_unit: Option<DwellUnit>,
@@ -91,6 +100,10 @@ pub(super) struct Machine<'a> {
     waits_for_first: bool,
     /// Line of the first cut before it.
     cuts_before_change: Option<usize>,
+    /// A change of tool found the spindle turning, and nothing has started it since.
+    pub(super) turns_through_change: bool,
+    /// D0: the tool's length does not count.
+    pub(super) is_without_length: bool,
     /// A G92 or G10 L20 said where the path starts.
     pub(super) starts_by_g92: bool,
     /// G0 held before the cycle: G80 goes back to it.
@@ -118,6 +131,8 @@ impl<'a> Machine<'a> {
             cycle: Cycle::default(),
             called: None,
             shift: Shift::default(),
+            polar: Polar::default(),
+            turned: None,
             rotary: Rotary::new(&settings.rotary_axes),
             corner: None,
             dwell_unit: settings.dwell_unit,
@@ -126,6 +141,8 @@ impl<'a> Machine<'a> {
             waits_for_change,
             waits_for_first: waits_for_change,
             cuts_before_change: None,
+            turns_through_change: false,
+            is_without_length: false,
             starts_by_g92: false,
             was_rapid: false,
         }
@@ -188,6 +205,8 @@ impl<'a> Machine<'a> {
     pub(super) fn change_tool(&mut self) -> Result<(), String> {
         self.tell_cuts_before_change();
         self.waits_for_first = false;
+        // The control chooses the first length of a new tool.
+        self.is_without_length = false;
         self.next_tool.map_or(Ok(()), |tool| self.cutter.tool(tool))
     }
 
@@ -200,33 +219,14 @@ impl<'a> Machine<'a> {
 
     /// A move at feed.
     pub(super) fn cuts(&mut self, line: usize) {
+        if std::mem::take(&mut self.turns_through_change) {
+            let what = "cuts with the spindle as it turned before the change of tool: most \
+                        controls stop it there, and nothing starts it again";
+            self.cutter.log.warning(Code::SpindleCommand, line, what);
+        }
         if self.waits_for_first {
             self.cuts_before_change.get_or_insert(line);
         }
-    }
-
-    /// The value of an axis word: mm in the job's work object.
-    fn axis(&self, block: &Block, axis: usize) -> Result<Option<f64>, String> {
-        // A line that ends in a corner is not drawn yet.
-        let before = self.corner.map_or(self.cutter.at[axis], |corner| Some(corner.to[axis]));
-        let Some(word) = block.word(AXES[axis]) else { return Ok(before) };
-        let value = self.mm(word.value);
-        let is_relative = match word.counts {
-            Counts::AsModal => self.relative,
-            Counts::Absolute => false,
-            Counts::Relative => true,
-        };
-        match (is_relative, before) {
-            (false, _) => Ok(Some(value + self.shift.total()[axis])),
-            (true, Some(before)) => Ok(Some(before + value)),
-            (true, None) => {
-                Err(format!("{} is relative (G91) to no position", char::from(AXES[axis])))
-            }
-        }
-    }
-
-    pub(super) fn end_of(&self, block: &Block) -> Result<[Option<f64>; 3], String> {
-        Ok([self.axis(block, 0)?, self.axis(block, 1)?, self.axis(block, 2)?])
     }
 
     /// Rotary axes and tool directions of a block.
@@ -247,11 +247,11 @@ impl<'a> Machine<'a> {
 
     /// G28 and G30 go by way of the point that they name to the reference of its axes, or of all.
     pub(super) fn refer(&mut self, line: usize, block: &Block) -> Result<(), String> {
-        let mut by_way = [None; 3];
-        for (axis, way) in by_way.iter_mut().enumerate() {
-            // Relative to no position: the reference itself.
-            *way = self.axis(block, axis).unwrap_or(None);
+        let Plane([u, v, _]) = self.plane;
+        if block.has_any(&[AXES[u], AXES[v]]) {
+            self.keeps_frame("G28 and G30 by a place")?;
         }
+        let by_way = self.way_of(block);
         if let (Some(before), [Some(x), Some(y), Some(z)]) = (self.cutter.place(), by_way)
             && Vector3::new(x, y, z) != before
         {
@@ -270,6 +270,7 @@ impl<'a> Machine<'a> {
     }
 
     pub(super) fn centre(&self, block: &Block, start: Vector3<f64>) -> Result<Centre, String> {
+        let start = self.in_program(start);
         let Plane([u, v, w]) = self.plane;
         if let Some(radius) = block.get('R').or(block.get(char::from(RADIUS))) {
             return Ok(Centre::Radius(self.mm(radius)));
@@ -287,16 +288,18 @@ impl<'a> Machine<'a> {
                 value + if is_absolute { shift[axis] } else { start[axis] }
             })
         };
+        let at = |own: [f64; 2]| Ok(Centre::At(self.turned.map_or(own, |turned| turned.turn(own))));
         match (place(u), place(v), place(w)) {
+            (None, None, None) if block.has_any(&[POLAR_ANGLE, POLAR_RADIUS]) => at(self.pole()),
             (None, None, _) => Err("an arc without centre or radius".to_owned()),
             (_, _, Some(along)) if along != start[w] && !self.centre_absolute => {
                 Err("the arc's centre does not lie in the plane of the arc".to_owned())
             }
-            (Some(u), Some(v), _) => Ok(Centre::At([u, v])),
+            (Some(u), Some(v), _) => at([u, v]),
             _ if self.centre_absolute => {
                 Err("an absolute centre (G90.1) needs both of its words".to_owned())
             }
-            (at_u, at_v, _) => Ok(Centre::At([at_u.unwrap_or(start[u]), at_v.unwrap_or(start[v])])),
+            (at_u, at_v, _) => at([at_u.unwrap_or(start[u]), at_v.unwrap_or(start[v])]),
         }
     }
 
@@ -307,10 +310,22 @@ impl<'a> Machine<'a> {
         self.cutter.unit.goes_to(line, self.cutter.at, written);
     }
 
-    pub(super) fn work_offset(&mut self, line: usize, code: i64) {
+    pub(super) fn work_offset(&mut self, line: usize, code: i64) -> Result<(), String> {
+        if code != self.shift.active() {
+            self.keeps_frame("another work offset")?;
+        }
         let has_moved = self.cutter.log.has_moved();
         if self.shift.choose(code, has_moved).is_err() {
             let what = "another work offset is chosen: the job's work_object is used throughout";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
+        Ok(())
+    }
+
+    /// A move under D0, of which the tool's length is no part.
+    pub(super) fn tell_length(&mut self, line: usize) {
+        if self.is_without_length {
+            let what = "moves under D0, without the tool's length: the job's tcp is used";
             self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
     }

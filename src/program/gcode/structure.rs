@@ -1,11 +1,15 @@
 //! What the lines of a Sinumerik program name, open and close.
 
 use std::collections::HashMap;
+use std::ops::Range;
+
+use super::files::Files;
 
 /// What the lines of a program open and close.
 #[derive(Debug, Default)]
 pub(super) struct Structure {
-    pub(super) labels: HashMap<String, usize>,
+    /// Lines by their label, in order.
+    labels: HashMap<String, Vec<usize>>,
     /// By line: where a beginning ends, an ELSE in between, and where an end began.
     end_of: HashMap<usize, usize>,
     pub(super) else_of: HashMap<usize, usize>,
@@ -53,13 +57,16 @@ pub(super) fn is_block(rest: &str) -> bool {
 }
 
 impl Structure {
-    pub(super) fn of(lines: &[(usize, &str)]) -> Self {
+    pub(super) fn of(files: &Files<'_>) -> Self {
         let mut found = Self::default();
         let mut open: Vec<(&str, usize)> = Vec::new();
-        for (line, (_, content)) in lines.iter().enumerate() {
+        for (line, (_, content)) in files.lines.iter().enumerate() {
+            if files.is_end(line) {
+                open.clear();
+            }
             let (label, text) = labelled(code(stripped(content)));
             if let Some(label) = label {
-                found.labels.entry(label).or_insert(line);
+                found.labels.entry(label).or_default().push(line);
             }
             let Some((word, rest)) = split(text) else { continue };
             match word {
@@ -84,6 +91,11 @@ impl Structure {
             }
         }
         found
+    }
+
+    /// The first line of a file with this label, in upper case.
+    pub(super) fn label(&self, label: &str, file: &Range<usize>) -> Option<usize> {
+        self.labels.get(label)?.iter().copied().find(|line| file.contains(line))
     }
 
     pub(super) fn end(&self, line: usize, word: &str) -> Result<usize, String> {

@@ -121,10 +121,11 @@ impl Flow<'_> {
         };
         let count = times.strip_prefix(['P', 'p']).and_then(|t| t.trim().strip_prefix('='));
         let count = count.ok_or("REPEAT of two labels is not supported")?;
-        let head = self.structure.labels.get(&label.to_uppercase()).copied();
+        let file = self.files.around(line);
+        let head = self.structure.label(&label.to_uppercase(), &file);
         let head = head.filter(|head| *head < line);
         let head = head.ok_or_else(|| format!("REPEAT: there is no label {label} before it"))?;
-        if self.structure.labels.get("ENDLABEL").is_some_and(|end| (head..line).contains(end)) {
+        if self.structure.label("ENDLABEL", &(head..line)).is_some() {
             return Err("REPEAT up to ENDLABEL is not supported".to_owned());
         }
         let left = match self.repeats.remove(&line) {
@@ -148,20 +149,21 @@ impl Flow<'_> {
     /// To a label or a block number: GOTOF forwards, GOTOB backwards, GOTO either way.
     fn go_to(&mut self, word: &str, rest: &str, line: usize) -> Result<(), String> {
         let target = rest.trim().to_uppercase();
+        let file = self.files.around(line);
         let digits = target.strip_prefix('N').filter(|digits| {
             !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
         });
         let found = match digits.and_then(|digits| digits.parse().ok()) {
             Some(number) => {
-                let ahead = self.numbered(number, line + 1..self.lines.len());
-                let back = || self.last_numbered(number, line);
+                let ahead = self.numbered(number, line + 1..file.end);
+                let back = || self.last_numbered(number, line).filter(|at| file.contains(at));
                 match word {
                     "GOTOF" => ahead,
                     "GOTOB" => back(),
                     _ => ahead.or_else(back),
                 }
             }
-            None => self.structure.labels.get(&target).copied().filter(|at| match word {
+            None => self.structure.label(&target, &file).filter(|at| match word {
                 "GOTOF" => *at > line,
                 "GOTOB" => *at <= line,
                 _ => true,

@@ -85,7 +85,13 @@ fn head(line: &str) -> (usize, bool) {
 }
 
 fn behind_number(text: &str) -> &str {
-    text.trim_start().trim_start_matches(|c: char| c.is_ascii_digit())
+    let text = text.trim_start();
+    // Some posts write `N10`.
+    let text = match text.strip_prefix('N') {
+        Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit()) => rest,
+        _ => text,
+    };
+    text.trim_start_matches(|c: char| c.is_ascii_digit())
 }
 
 /// Blocks with their lines; `~` at the end of a line continues it.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use super::block::{Block, Word};
-use super::{Reader, is_of_motion};
+use super::{Reader, is_of_motion, is_rapid};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::cutter::{Feed, FeedKind, Hole, over_peck};
@@ -85,6 +85,16 @@ impl Reader<'_, '_> {
                 } else {
                     Err(format!("cycle {number} shifts or turns the work and is not supported"))
                 }
+            }
+            _ if number == 208.0 => Err("cycle 208 mills a helix whose radius the control works \
+                                         out from the tool's in its tool table, which no program \
+                                         states: have the motion written out"
+                .to_owned()),
+            _ if (251.0..=254.0).contains(&number) || (256.0..=258.0).contains(&number) => {
+                Err(format!(
+                    "cycle {number} mills on ways that the control works out by itself from the \
+                     tool's radius and the overlap: have the motion written out"
+                ))
             }
             _ => Err(format!("cycle {number} is not supported")),
         }
@@ -166,6 +176,7 @@ impl Reader<'_, '_> {
             retract: at.z,
             feed: Pace::Feed(m_per_s_from_mm_per_min(self.mm_per_min(feed))),
             out: Pace::Rapid,
+            lift: Pace::Rapid,
             dwell_s: get("dwell").unwrap_or(0.0),
             dwell_peck_s: 0.0,
             dwell_out_s: 0.0,
@@ -207,17 +218,62 @@ impl Reader<'_, '_> {
 
     /// CYCL CALL, with M codes as in a move.
     pub(super) fn call_cycle(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
-        let unknown = |word: &&Word<'_>| !matches!(word.name, "M" | "F" | "FMAX" | "MAX");
+        let is_by_place = block.name(2) == "POS";
+        let unknown = |word: &&Word<'_>| match word.name {
+            "M" | "F" | "FMAX" | "MAX" => false,
+            "POS" | "X" | "Y" | "Z" => !is_by_place,
+            _ => true,
+        };
         if let Some(word) = block.words.iter().skip(2).find(unknown) {
             return Err(format!("'CYCL CALL {}' is not supported", word.name));
         }
         self.feed(line, block)?;
         self.m_codes(line, block, true)?;
-        self.drill(line)?;
+        if is_by_place {
+            self.drill_at(line, block)?;
+        } else {
+            self.drill(line)?;
+        }
         if block.all("M").any(|code| code == 5.0) {
             self.cutter.turn_spindle(line, false);
         }
         Ok(())
+    }
+
+    /// CYCL CALL POS: the cycle at a place, from whose Z the surface counts (HEIDENHAIN, TNC 320
+    /// Cycle Programming, "Calling a cycle with CYCL CALL POS").
+    fn drill_at(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        let [Some(_), Some(_), Some(z)] = ["X", "Y", "Z"].map(|axis| block.get(axis)) else {
+            return Err("CYCL CALL POS needs X, Y and Z".to_owned());
+        };
+        if self.is_refused {
+            return Ok(());
+        }
+        let cycle = self.cycle.as_ref().ok_or("CYCL CALL POS without a drilling cycle")?;
+        let surface = cycle.values.get("Q203").ok_or("CYCL CALL POS of a cycle without Q203")?.0;
+        let pace = if is_rapid(block) { Pace::Rapid } else { self.cutter.pace()? };
+        let end = self.end_of(block)?;
+        let z = self.mm(z);
+        let [Some(x), Some(y), _] = end else {
+            return Err("CYCL CALL POS to an unknown position".to_owned());
+        };
+        let height = self.cutter.at[2].ok_or("a cycle from an unknown position")?;
+        if self.cutter.place().is_none() && pace != Pace::Rapid {
+            return Err(self.cutter.unknown());
+        }
+        let surface = self.mm(surface) + self.shift.z + z;
+        if height < surface && pace != Pace::Rapid {
+            return Err("CYCL CALL POS from below the surface at a feed is not supported".into());
+        }
+        // From below the surface the tool is taken up first, as at the start of every cycle.
+        if height >= surface {
+            self.cutter.apart(line, Vector3::new(x, y, height), pace);
+        }
+        self.shift.z += z;
+        let done = self.drill_over(line, Some([x, y]));
+        self.shift.z -= z;
+        self.heading = None;
+        done
     }
 
     /// Feed of a tap of a pitch, as the program would write it.
@@ -229,19 +285,29 @@ impl Reader<'_, '_> {
     }
 
     pub(super) fn drill(&mut self, line: usize) -> Result<(), String> {
+        self.drill_over(line, None)
+    }
+
+    /// Where the tool is, or over a place in X and Y.
+    fn drill_over(&mut self, line: usize, over: Option<[f64; 2]>) -> Result<(), String> {
         if self.is_refused {
             return Ok(());
         }
         let cycle = self.cycle.take().ok_or("CYCL CALL without a drilling cycle")?;
         let done = match cycle.number {
             1.0 => self.peck(line, &cycle),
-            _ => self.drill_by(line, &cycle),
+            _ => self.drill_by(line, &cycle, over),
         };
         self.cycle = Some(cycle);
         done
     }
 
-    fn drill_by(&mut self, line: usize, cycle: &Cycle) -> Result<(), String> {
+    fn drill_by(
+        &mut self,
+        line: usize,
+        cycle: &Cycle,
+        over: Option<[f64; 2]>,
+    ) -> Result<(), String> {
         let get = |name: &str| cycle.values.get(name).map(|(value, _)| *value);
         let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));
         let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
@@ -322,12 +388,13 @@ impl Reader<'_, '_> {
             retract: second.max(clearance),
             feed,
             out,
+            lift: out,
             dwell_s: get("Q211").unwrap_or(0.0),
             dwell_peck_s: 0.0,
             dwell_out_s: get("Q210").unwrap_or(0.0),
         };
-        let over = Vector3::new(at.x, at.y, 0.0);
-        self.cutter.hole(line, over, Vector3::z(), &hole);
+        let [x, y] = over.unwrap_or([at.x, at.y]);
+        self.cutter.hole(line, Vector3::new(x, y, 0.0), Vector3::z(), &hole);
         Ok(())
     }
 }

@@ -40,6 +40,12 @@ const MAX_CALLS: usize = 10;
 /// Reads a program into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut reader = Reader::new(text, settings, log);
+    if let Some(line) = reader.blocks.iter().find(|block| is_iso(block)).map(|block| block.line) {
+        let what = "is a block of DIN/ISO (G codes), which is not read: write the program in \
+                    conversational language";
+        reader.cutter.log.error(Code::Syntax, line, what);
+        return;
+    }
     if let Some(block) = reader.blocks.iter().find(|block| block.may_be_skipped) {
         read_as_run(reader.cutter.log, block.line);
     }
@@ -62,6 +68,13 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     if let Some(text) = left.into_iter().find(|text| moves(text)) {
         behind_end(reader.cutter.log, text.line);
     }
+}
+
+/// `%NAME G71 *` and `G01 X+5`.
+fn is_iso(block: &Text<'_>) -> bool {
+    let text = block.parts[0].1.trim_start();
+    let code = text.strip_prefix('G').unwrap_or("");
+    text.starts_with('%') || code.starts_with(|c: char| c.is_ascii_digit())
 }
 
 struct Reader<'a, 't> {
@@ -269,6 +282,7 @@ impl<'a, 't> Reader<'a, 't> {
             }
             "M" => self.m_codes(line, block, false),
             name if name.starts_with('Q') => self.assign(text),
+            "SPL" => Err("SPL is a spline, which is not read: have lines and arcs written".into()),
             name => Err(format!("'{name}' is not understood; motion may be lost")),
         }
     }

@@ -10,6 +10,9 @@ use crate::motion::Configuration;
 /// More than any axis turns, rad.
 const TURNS: f64 = 20.0;
 
+/// Why the position before is not known behind a motion that is skipped.
+const AWAY: &str = "the motion before goes to a position that is in no file";
+
 impl Run<'_> {
     /// A position in the base frame of the robot; components left out stay as they are.
     pub(super) fn target(
@@ -22,7 +25,11 @@ impl Run<'_> {
         }
         let is_relative = motion.is_relative;
         let is_whole = FRAME.iter().all(|name| parts.contains_key(*name));
+        let is_away = self.log.is_away();
         let before = match self.log.last() {
+            _ if is_away && (is_relative || !is_whole) => {
+                return Err(format!("components are left out, and {AWAY}"));
+            }
             Some(last) => Some(numbers(&(self.base.inverse() * last.with(&self.tcp)))),
             None if is_whole && !is_relative => None,
             None => {
@@ -51,6 +58,9 @@ impl Run<'_> {
 
     /// A position in the tool where it is; components left out are 0.
     fn target_from_tool(&mut self, parts: &Parts) -> Result<Isometry3<f64>, String> {
+        if self.log.is_away() {
+            return Err(format!("#TOOL: {AWAY}"));
+        }
         let last = self.log.last().ok_or("#TOOL: the position before is not known as a pose")?;
         let mut by = [0.0; 6];
         for (own, name) in by.iter_mut().zip(FRAME) {

@@ -218,8 +218,8 @@ pub(super) fn structure(structure: &Structure, diagnosis: &Diagnosis) -> String 
         Shape::Frequency => "it follows the frequency".to_owned(),
     };
     format!(
-        "{what} ({:.0} % of the squared residual, p = {:.1e})",
+        "{what} ({:.0} % of the squared residual, p-value {})",
         percent_from_ratio(structure.share.clamp(0.0, 1.0)),
-        structure.p_value
+        p_value(structure.p_value)
     )
 }

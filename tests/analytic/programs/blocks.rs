@@ -84,7 +84,7 @@ fn where_g92_states_the_place_the_path_starts_there() {
 #[test]
 fn a_cut_before_the_first_tool_change_is_with_a_tool_that_nobody_states() {
     let cut = "G90 G21 G0 X0 Y0 Z5 S1200 M3 T2\nG43 Z5 H1\nG1 X50 F500\n";
-    let program = gcode(&format!("{cut}M6\nG1 X0"));
+    let program = gcode(&format!("{cut}M6\nM3\nG1 X0"));
     assert_eq!(doubts(&program), [(Code::ChangeIgnored, 3)], "{:?}", program.warnings);
     // An M6 that no line runs loads nothing.
     let never = gcode("T1\nG90 G21 S900 M3\nG0 X0 Y0 Z5\nG1 X9 F100\nM30\nO2\nM6\nM99");

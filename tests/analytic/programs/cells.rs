@@ -202,7 +202,8 @@ fn what_may_change_path_or_speed_is_a_doubt() {
     assert_eq!(doubts(&krl(weave)), [(Code::MotionLeftOut, 4)]);
     assert_eq!(doubts(&krl(&weave.replace("CYCLE", "OFF"))), []);
     // Each way over a place that no file gives.
-    let twice = krl("SPTP XHOME\nPTP {X 9}\nPTP XHOME2\nPTP {X 0}");
+    let twice = krl("SPTP XHOME\nPTP {X 9,Y 0,Z 500,A 0,B 0,C 180}\nPTP XHOME2\n\
+         PTP {X 0,Y 0,Z 500,A 0,B 0,C 180}");
     assert_eq!(doubts(&twice), [(Code::MotionLeftOut, 4), (Code::MotionLeftOut, 6)]);
     // The inline form's data are in no file.
     krl_refused("FDAT_ACT=FP1\nBAS(#CP_PARAMS,0.1)\nLIN {X 9}", "'fp1' is declared in no file");

@@ -133,10 +133,10 @@ fn signals_that_are_set_where_they_are_not_read_are_doubts() {
 #[test]
 fn words_of_sinumerik_that_mean_something_else() {
     let start = "G90 G94 G0 X0 Y0 Z0\n";
-    refused(&format!("{start}L100 P2\nG1 X10 F100\n"), Dialect::Sinumerik, "L calls");
+    refused(&format!("{start}L100 P2\nG1 X10 F100\n"), Dialect::Sinumerik, "'L100' calls");
     refused(&format!("{start}L10\nG1 X10 F100\n"), Dialect::GCode, "L calls");
     refused(&format!("{start}G58 X10\n"), Dialect::Sinumerik, "G58 with axes shifts");
-    refused(&format!("{start}MCALL CYCLE84(10,0,2,-5)\n"), Dialect::Sinumerik, "CYCLE84");
+    refused(&format!("{start}MCALL CYCLE86(10,0,2,-5)\n"), Dialect::Sinumerik, "CYCLE86");
     // G70 is of lengths alone, G700 of feeds, too.
     let feed = |code: &str, dialect| {
         of(&format!("{start}{code}\nG1 X1 F10\n"), dialect).moves[1].feed_m_per_s * 6e4

@@ -193,7 +193,7 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
         ("IF #1 EQ 1 GOTO 5", "a condition must stand in [ ]"),
         ("GOTO 5", "there is no N5"),
         ("WHILE [1 EQ 1]", "WHILE without DO"),
-        ("G68 R30", "G68 is not understood"),
+        ("G68.2 R30", "G68.2 is not understood"),
         ("G5.1 X1 Y2", "G5.1 is not understood"),
         ("M98 P1000", "O1000 is not in this file"),
         ("G1 X1 A30", "axis A moves"),

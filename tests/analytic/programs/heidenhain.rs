@@ -63,7 +63,11 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
         ("CYCL DEF 10.0 ROTATION ROT+Q5", "shifts or turns"),
         ("CYCL DEF 8.0 MIRROR IMAGE X", "shifts or turns"),
         ("CYCL DEF 200 DRILLING Q200=2 Q202=+Q7", "Q202: a value from a Q parameter"),
-        ("CYCL CALL POS X+10 Y+80 Z+0 FMAX", "'CYCL CALL POS' is not supported"),
+        ("CYCL CALL POS X+10 Y+80 FMAX", "needs X, Y and Z"),
+        ("CYCL CALL PAT FMAX", "'CYCL CALL PAT' is not supported"),
+        ("CYCL DEF 208 BORE MILLING", "tool table"),
+        ("CYCL DEF 252 CIRCULAR POCKET", "works out by itself"),
+        ("SPL X+10 Y+5 K3X+1", "spline"),
         ("CYCL CALL PAT FMAX", "'CYCL CALL PAT' is not supported"),
         ("CYCL DEF 252 CIRCULAR POCKET", "cycle 252"),
         ("PLANE SPATIAL SPA+45", "PLANE tilts"),
@@ -133,4 +137,56 @@ fn a_radius_may_be_relative() {
         let program = conversational(&format!("{head}{block}\nEND PGM A MM\n")).unwrap();
         assert_ends(&program, &[('L', [0.0; 3]), ('L', [100.0, 0.0, 0.0]), ('L', end)]);
     }
+}
+
+/// The surface counts from Z of the block; the tool goes to the hole level at first.
+#[test]
+fn a_cycle_is_called_at_a_place() {
+    let text = format!(
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S3600\nL X+0 Y+0 Z+50 FMAX M3\n{HOLE}\
+         CYCL CALL POS X+10 Y+5 Z+3 FMAX\nCYCL CALL POS X+20 Y+5 Z+0 F500\nM30\nEND PGM A MM\n"
+    );
+    let program = conversational(&text).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0, 0.0, 50.0]),
+            ('L', [10.0, 5.0, 50.0]),
+            ('L', [10.0, 5.0, 5.0]),
+            ('L', [10.0, 5.0, -17.0]),
+            ('L', [10.0, 5.0, 5.0]),
+            ('L', [20.0, 5.0, 5.0]),
+            ('L', [20.0, 5.0, 2.0]),
+            ('L', [20.0, 5.0, -20.0]),
+            ('L', [20.0, 5.0, 2.0]),
+        ],
+    );
+    assert!((program.moves[5].feed_m_per_s * 6e4 - 500.0).abs() < 1e-9);
+}
+
+/// It may be where the path starts.
+#[test]
+fn a_place_of_a_cycle_is_a_start() {
+    let text = format!(
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S3600\nL Z+50 FMAX M3\n{HOLE}\
+         CYCL CALL POS X+10 Y+5 Z+0 FMAX\nM30\nEND PGM A MM\n"
+    );
+    let heights = [50.0, 2.0, -20.0, 2.0].map(|z| ('L', [10.0, 5.0, z]));
+    assert_ends(&conversational(&text).unwrap(), &heights);
+    let at_feed = conversational(&text.replace("Z+0 FMAX", "Z+0 F500")).unwrap_err();
+    assert!(at_feed[0].what.contains("X and Y are not known"), "{at_feed:?}");
+}
+
+#[test]
+fn blocks_may_be_numbered_with_n_and_iso_is_refused() {
+    let text = "BEGIN PGM A MM\nN1 TOOL CALL 1 Z S3600\nN2 L X+0 Y+0 Z+5 FMAX M3\n\
+                N3 L X+10 F200\nN4 END PGM A MM\n";
+    let program = conversational(text).unwrap();
+    assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [10.0, 0.0, 5.0])]);
+    let iso = "%A G71 *\nN10 G00 G90 X+0 Y+0 *\nN99999999 %A G71 *\n";
+    let found = conversational(iso).unwrap_err();
+    assert!(found.len() == 1 && at(&found[0]) == 1, "{found:?}");
+    assert!(found[0].what.contains("DIN/ISO"), "{found:?}");
+    let found = conversational("BEGIN PGM A MM\nN10 G01 X+5 *\nEND PGM A MM\n").unwrap_err();
+    assert!(found.len() == 1 && at(&found[0]) == 2, "{found:?}");
 }

@@ -3,6 +3,7 @@
 //! Expected poses are worked out by hand from the frames in the programs, never by the reader.
 
 mod apt;
+mod beside;
 mod blocks;
 mod cells;
 mod controllers;
@@ -13,6 +14,7 @@ mod gaps;
 mod gcode;
 mod heidenhain;
 mod outputs;
+mod patterns;
 mod public;
 mod rapid;
 mod refusals;
@@ -25,5 +27,6 @@ mod stated;
 mod support;
 mod tangents;
 mod tp;
+mod turned;
 mod unsaid;
 mod whole;

@@ -109,9 +109,11 @@ fn reaming_has_feeds_of_its_own() {
 
 #[test]
 fn what_is_not_clear_is_refused() {
-    refused("MCALL CYCLE84(20,0,2,-8,,0,3,,1,0,200,200)\nX5\n", "CYCLE84");
+    refused("MCALL CYCLE86(20,0,2,-8,,0,3,,1,0,200,200)\nX5\n", "CYCLE86");
     refused("MCALL POCKET3(20,0,2,-8)\nX5\n", "MCALL");
     refused("CYCLE81(20,0,2,-8,5)\n", "different depths");
+    // No relative depth.
+    assert_heights("CYCLE81(20,0,2,-8,0)\n", &[2.0, -8.0, 2.0, 20.0]);
     refused("CYCLE81(20,0,2)\n", "no DP and no DPR");
     refused("CYCLE81(20,0,2,8)\n", "below RFP");
     refused("CYCLE81(-20,0,2,-8)\n", "RTP");

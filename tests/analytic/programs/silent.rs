@@ -235,3 +235,47 @@ fn arcs_of_cam_systems_bend_the_right_way() {
         }
     }
 }
+
+/// A position that is in no file leaves nothing for components that are left out to stay at.
+#[test]
+fn components_left_out_behind_a_skipped_motion_are_refused() {
+    let krl = |behind: &str| {
+        format!(
+            "DEF p()\n$VEL.CP=0.1\nPTP {{X 500,Y 0,Z 500,A 0,B 90,C 0}}\nLIN {{X 510}}\n\
+             PTP XHOME\n{behind}\nLIN {{X 510}}\nEND\n"
+        )
+    };
+    let whole = of(&krl("PTP {X 9,Y 0,Z 500,A 0,B 90,C 0}"), Dialect::Krl);
+    assert_eq!(whole.moves.len(), 4);
+    for behind in ["PTP {X 9}", "PTP_REL {X 9}"] {
+        let found = faults(&krl(behind), Dialect::Krl);
+        assert_eq!(at(&found[0]), 6, "{found:?}");
+        assert!(found[0].what.contains("a position that is in no file"), "{found:?}");
+    }
+}
+
+#[test]
+fn pecks_of_a_cycle_that_is_not_deep_are_a_doubt() {
+    let told = |kind: &str| {
+        let text = format!("GOTO/0,0,9\nCYCLE/{kind},DEPTH,20,MMPM,100,CLEAR,2,STEP,5\nGOTO/5,0,0");
+        let program = of(&text, Dialect::Apt);
+        let notes = program.warnings.iter().filter(|note| note.what.contains("STEP"));
+        notes.map(|note| (note.code, at(note))).collect::<Vec<_>>()
+    };
+    assert_eq!(told("DRILL"), [(Code::MotionLeftOut, 2)]);
+    assert_eq!(told("BRKCHP"), [(Code::MotionLeftOut, 2)]);
+    assert_eq!(told("DEEP"), []);
+}
+
+/// Controllers differ in how fast a bore is left above R.
+#[test]
+fn the_way_out_of_a_bore_is_told() {
+    let told = |text: &str| {
+        let program = of(&format!("G21 G90\nG0 X0 Y0 Z10\n{text}"), Dialect::GCode);
+        program.warnings.iter().filter(|note| note.what.contains("G85 and G89")).count()
+    };
+    assert_eq!(told("G98 G85 X5 Y0 Z-5 R2 F100\n"), 1);
+    assert_eq!(told("G98 G89 X5 Y0 Z-5 R2 F100 P1.5\n"), 1);
+    assert_eq!(told("G99 G85 X5 Y0 Z-5 R2 F100\n"), 0);
+    assert_eq!(told("G98 G81 X5 Y0 Z-5 R2 F100\n"), 0);
+}

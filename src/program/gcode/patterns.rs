@@ -1,0 +1,79 @@
+//! Sinumerik's patterns of holes: HOLES1, a row, and HOLES2, a circle (Siemens, SINUMERIK 840D
+//! sl/828D Fundamentals, "Programming cycles externally"). MCALL's cycle runs at every place.
+
+use nalgebra::Vector3;
+
+use super::expression::Parameters;
+use super::siemens::arguments;
+use super::state::Machine;
+use crate::program::Pace;
+use crate::program::arc::Plane;
+use crate::units::rad_from_deg;
+
+const MOST_HOLES: f64 = 10_000.0;
+
+impl Machine<'_> {
+    /// Goes from place to place at rapid.
+    pub(super) fn pattern(
+        &mut self,
+        line: usize,
+        name: &str,
+        inside: &str,
+        known: &Parameters,
+    ) -> Result<(), String> {
+        let given = arguments(name, inside, known)?;
+        let given: Vec<f64> = given.into_iter().map(Option::unwrap_or_default).collect();
+        let [first, second, a, b, c, count, more @ ..] = given.as_slice() else {
+            return Err(format!("{name} needs six words"));
+        };
+        if more.iter().any(|word| *word != 0.0) {
+            return Err(format!("{name}: a word behind the 6th is not supported"));
+        }
+        if !(1.0..=MOST_HOLES).contains(count) || count.fract() != 0.0 {
+            return Err(format!("{name}: {count} holes, expected a whole number from 1"));
+        }
+        self.no_corner()?;
+        self.keeps_frame(name)?;
+        let at = self.cutter.place().ok_or("a pattern of holes from an unknown position")?;
+        let Plane([u, v, _]) = self.plane;
+        let shift = self.shift.total();
+        let centre = [self.mm(*first) + shift[u], self.mm(*second) + shift[v]];
+        // Whole and at most MOST_HOLES.
+        let holes = (0..*count as u32).map(f64::from);
+        let polar: Vec<(f64, f64)> = match name {
+            "HOLES1" => holes.map(|i| (self.mm(*b) + i * self.mm(*c), *a)).collect(),
+            _ => {
+                let step = if *c == 0.0 { 360.0 / count } else { *c };
+                holes.map(|i| (self.mm(*a), b + i * step)).collect()
+            }
+        };
+        let place = |(radius, angle): (f64, f64)| {
+            let (sin, cos) = rad_from_deg(angle).sin_cos();
+            let mut place = at;
+            (place[u], place[v]) = (centre[0] + radius * cos, centre[1] + radius * sin);
+            place
+        };
+        let mut places: Vec<Vector3<f64>> = polar.into_iter().map(place).collect();
+        // A row is begun at its nearer end.
+        if let (true, [first, .., last]) = (name == "HOLES1", places.as_slice())
+            && (last - at).norm() < (first - at).norm()
+        {
+            places.reverse();
+        }
+        let call = self.called.take();
+        let mut done = Ok(());
+        for mut place in places {
+            let Plane([.., w]) = self.plane;
+            place[w] = self.cutter.at[w].unwrap_or(place[w]);
+            done = self.line_to(line, place, Pace::Rapid, None);
+            if let (Ok(()), Some(call)) = (&done, &call) {
+                done = self.drill_call(line, call);
+            }
+            if done.is_err() || self.cutter.log.is_full() {
+                break;
+            }
+        }
+        self.called = call;
+        done
+    }
+}
