@@ -33,6 +33,17 @@ pub fn rank_with_order(values: &[f64]) -> f64 {
     1.0 - 6.0 * square / (n * (n * n - 1.0))
 }
 
+/// Pearson's correlation of pairs; `None` where one of both does not vary.
+pub fn correlation(pairs: &[(f64, f64)]) -> Option<f64> {
+    let n = pairs.len() as f64;
+    let [a, b] = pairs.iter().fold([0.0, 0.0], |[a, b], pair| [a + pair.0 / n, b + pair.1 / n]);
+    let sum = |of: fn(f64, f64) -> f64| -> f64 {
+        pairs.iter().map(|pair| of(pair.0 - a, pair.1 - b)).sum()
+    };
+    let size = (sum(|a, _| a * a) * sum(|_, b| b * b)).sqrt();
+    (size > 0.0).then(|| sum(|a, b| a * b) / size)
+}
+
 /// Robust standard deviation of Gaussian noise about zero: from the median of its size, so that
 /// what rises above the noise does not count. 0 of nothing.
 pub fn deviation_about_zero(noise: &[f64]) -> f64 {
@@ -63,6 +74,10 @@ mod tests {
         assert_eq!(rms([]), 0.0);
         let ranks = [rank_with_order(&[9.0, 4.0, 1.0]), rank_with_order(&[1.0, 4.0, 9.0])];
         assert_eq!((ranks, rank_with_order(&[2.0, 3.0, 1.0])), ([-1.0, 1.0], -0.5));
+        // Deviations (-1, 0, 1) and (-2, 1, 1): 3/√(2·6).
+        let pairs = [(1.0, 5.0), (2.0, 8.0), (3.0, 8.0)];
+        assert!((correlation(&pairs).unwrap() - 0.75_f64.sqrt()).abs() < 1e-12);
+        assert_eq!((correlation(&[(1.0, 2.0), (1.0, 3.0)]), correlation(&[])), (None, None));
         assert_eq!(deviation_about_zero(&[-1.0, 2.0, -900.0]), 2.0 * 1.4826);
     }
 

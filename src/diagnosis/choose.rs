@@ -10,7 +10,7 @@ use super::hypothesis::Hypothesis;
 use super::known::{Asked, Known};
 use super::models::{
     ALTERNATIVE_WITHIN, Model, SIGNIFICANCE, distinct, handicap, is_material, log_evidence,
-    p_value, sort, substitutes, within_reach,
+    may_be_left_by_hinge, p_value, sort, substitutes, within_reach,
 };
 use super::problem::Problem;
 use super::screen::Screen;
@@ -188,24 +188,22 @@ impl<'c> Search<'_, '_, 'c> {
             models
         };
         let baseline = self.problem.optimise(Hypothesis::default())?;
-        let causes = of_part.best.causes();
         let (singles, best) = (again(of_part.singles), again(vec![of_part.best]).pop()?);
-        let rivals = of_part.alternatives.iter().flatten().cloned();
-        let mut seen = again(of_part.seen.into_iter().chain(rivals).collect());
+        let mut seen = again(of_part.seen);
+        let mut alternatives: Vec<_> = of_part.alternatives.into_iter().map(again).collect();
         let is_better = |model: &&Model<'c>| {
-            model.causes() <= causes && model.log_evidence > best.log_evidence + 0.01
+            model.causes() <= best.causes() && model.log_evidence > best.log_evidence + 0.01
         };
-        if let Some(better) = seen.iter().find(is_better) {
-            let better = better.clone();
+        let met = seen.iter().chain(alternatives.iter().flatten());
+        let better = met.filter(is_better).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+        if let Some(better) = better.cloned() {
+            seen.extend(alternatives.into_iter().flatten());
             return self.among(baseline, singles, better, seen);
         }
-        let alternatives = of_part.alternatives.into_iter().map(|rivals| {
-            let mut rivals = again(rivals);
-            rivals.iter_mut().for_each(|rival| rival.log_evidence -= handicap(&best, rival));
-            sort(&mut rivals);
-            rivals
-        });
-        let alternatives = alternatives.collect();
+        for rival in alternatives.iter_mut().flatten() {
+            rival.log_evidence -= handicap(&best, rival);
+        }
+        alternatives.iter_mut().for_each(|rivals| sort(rivals));
         seen.retain(|model| within_reach(model, &best));
         seen.push(best.clone());
         Some(Choice { baseline, singles, best, alternatives, seen })
@@ -405,16 +403,18 @@ impl<'c> Search<'_, '_, 'c> {
         let without = |i: usize| {
             let mut hypothesis = model.fit.hypothesis.clone();
             hypothesis.effects.remove(i);
-            hypothesis
+            self.models_of([hypothesis]).pop()
         };
-        let without = self.models_of((0..count).map(without)).into_iter().filter_map(|without| {
+        let all: Vec<Option<Model<'c>>> = (0..count).into_par_iter().map(without).collect();
+        let is_justified = |i: usize, without: &Model<'c>| {
             let count = self.means.candidates.len();
-            let is_justified = p_value(self.problem, count, &without.fit, &model.fit)
-                <= SIGNIFICANCE
-                && is_material(self.problem, &without.fit, &model.fit);
-            (!is_justified).then_some(without)
-        });
-        without.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+            p_value(self.problem, count, &without.fit, &model.fit) <= SIGNIFICANCE
+                && is_material(self.problem, &without.fit, &model.fit)
+                && !may_be_left_by_hinge(self.problem, model, &all, i)
+        };
+        let fewer = all.iter().enumerate().filter_map(|(i, own)| Some((i, own.as_ref()?)));
+        let fewer = fewer.filter(|(i, own)| !is_justified(*i, own)).map(|(_, own)| own);
+        fewer.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)).cloned()
     }
 
     /// The model with the cause `i` replaced by every promising alternative, best first: of what
@@ -469,8 +469,10 @@ mod tests {
             starts: vec![0.1],
             expected: None,
         };
-        let candidates =
-            ["l2", "l3"].map(|at| Candidate::new(Cause::ComOffset, at, vec![offset.clone()]));
+        // As many that are no better fill a list.
+        let at = ["l2", "l3"].into_iter().chain(["l2"; 12]);
+        let candidates: Vec<Candidate> =
+            at.map(|at| Candidate::new(Cause::ComOffset, at, vec![offset.clone()])).collect();
         let of = |i: usize, at: f64| Hypothesis { effects: vec![(&candidates[i], vec![at])] };
         let mut table = data(12);
         let problem = Problem { description: &description, data: &table };
@@ -486,9 +488,11 @@ mod tests {
         let search = Search { problem: &problem, means };
         let model = |i| search.models_of([of(i, 0.5)]).remove(0);
         let baseline = problem.optimise(Hypothesis::default()).unwrap();
+        let ahead = |i| Model { log_evidence: 1e3, ..model(i) };
+        let seen: Vec<Model<'_>> = (2..candidates.len()).map(ahead).collect();
         let (singles, best, alternatives) = (Vec::new(), model(0), vec![vec![model(1)]]);
         assert!(model(1).log_evidence > best.log_evidence + 5.0);
-        let of_part = Choice { baseline, singles, best, alternatives, seen: Vec::new() };
+        let of_part = Choice { baseline, singles, best, alternatives, seen };
         let chosen = search.fitted(of_part).unwrap();
         assert_eq!(chosen.best.fit.hypothesis.effects[0].0.at.as_deref(), Some("l3"));
     }

@@ -26,10 +26,12 @@ use super::unexplained::{
     as_far_off_as_held_out, as_far_off_as_seen, as_far_off_as_the_middle, as_hinges_stand_for_beams,
 };
 use super::unstated::{Stated, inert, stated};
-use super::verdict::{Judged, MAX_NOISE, Worth, drift_of, offset_of_drift, significant};
+use super::verdict::{
+    Judged, MAX_NOISE, Worth, drift_of, drift_with_temperature, offset_of_drift, significant,
+};
 use super::without_cause::without_cause;
 use crate::identify::ModeTable;
-use crate::model::{Description, Robot};
+use crate::model::{Cause, Description, Robot};
 use crate::notes::{Code, Note, Place};
 use crate::progress::{Done, Progress};
 use crate::uncertainty;
@@ -168,6 +170,7 @@ pub fn diagnose(
             names_causes.then(|| far_off(&data, &chosen)).flatten(),
             out_of_rank(&data, &chosen),
             few_states(&data),
+            drifts_as_temperature(&data, &chosen),
         ]
         .into_iter()
         .flatten()
@@ -329,6 +332,24 @@ fn few_states(data: &Data) -> Option<Note> {
         if count == 1 { "" } else { "s" }
     );
     (count < MIN_STATES).then(|| Note::warning(Code::TooLittleData, Place::default(), what))
+}
+
+/// A drift that goes with the temperature, whichever of both it is: no file says then that other
+/// temperatures are not checked.
+fn drifts_as_temperature(data: &Data, chosen: &Fit<'_>) -> Option<Note> {
+    const ALIKE: f64 = 0.7;
+    let mut effects = chosen.hypothesis.effects.iter();
+    let has_law = effects.any(|(candidate, _)| candidate.cause == Cause::TemperatureDrift);
+    let correlation = drift_with_temperature(data, chosen).filter(|_| !has_law)?;
+    (correlation.abs() >= ALIKE).then(|| {
+        let what = format!(
+            "the frequencies drift over the rows, and the temperature with them (correlation \
+             {correlation:.2}): the table does not tell a drift from a law of temperature, and the \
+             calibration has none, so frequencies at other temperatures are not checked; measure \
+             one pose cold and warm, in an order that does not follow the hours"
+        );
+        Note::warning(Code::Calibration, Place::default(), what)
+    })
 }
 
 /// The deviations that the file states explain the table as well as the causes do.

@@ -10,6 +10,7 @@ use super::problem::Problem;
 use super::settle::{is_no_noise, worst};
 use super::statistics::rms;
 use super::structure::{self, structure};
+use crate::statistics::correlation;
 use crate::uncertainty::uncalibrated_std_ln;
 
 /// An error without structure is noise up to here, share of the frequency: hammer tests of arms
@@ -135,6 +136,15 @@ pub(super) fn drift_of(data: &Data, fit: &Fit<'_>) -> f64 {
 /// How far the model is off on average over the rows for a drift, share of the frequency.
 pub(super) fn offset_of_drift(data: &Data, fit: &Fit<'_>) -> f64 {
     mean(&taken_by_drift(data, fit)).abs()
+}
+
+/// Correlation of the drift that a fit leaves with the temperature; `None` without either.
+pub(super) fn drift_with_temperature(data: &Data, fit: &Fit<'_>) -> Option<f64> {
+    let temperature = |row: usize| data.rows[row].conditions.temperature_c;
+    let points = data.points.iter().zip(taken_by_drift(data, fit));
+    let pairs: Vec<(f64, f64)> =
+        points.filter_map(|(point, taken)| temperature(point.row).zip(taken)).collect();
+    correlation(&pairs)
 }
 
 /// How far the drift moves over the rows, whatever it was at the first.
