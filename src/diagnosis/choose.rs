@@ -10,7 +10,7 @@ use super::hypothesis::Hypothesis;
 use super::known::{Asked, Known};
 use super::models::{
     ALTERNATIVE_WITHIN, Model, SIGNIFICANCE, distinct, handicap, is_material, log_evidence,
-    may_be_left_by_hinge, p_value, sort, substitutes, within_reach,
+    p_value, sort, substitutes, within_reach,
 };
 use super::problem::Problem;
 use super::screen::Screen;
@@ -403,18 +403,16 @@ impl<'c> Search<'_, '_, 'c> {
         let without = |i: usize| {
             let mut hypothesis = model.fit.hypothesis.clone();
             hypothesis.effects.remove(i);
-            self.models_of([hypothesis]).pop()
+            hypothesis
         };
-        let all: Vec<Option<Model<'c>>> = (0..count).into_par_iter().map(without).collect();
-        let is_justified = |i: usize, without: &Model<'c>| {
+        let without = self.models_of((0..count).map(without)).into_iter().filter_map(|without| {
             let count = self.means.candidates.len();
-            p_value(self.problem, count, &without.fit, &model.fit) <= SIGNIFICANCE
-                && is_material(self.problem, &without.fit, &model.fit)
-                && !may_be_left_by_hinge(self.problem, model, &all, i)
-        };
-        let fewer = all.iter().enumerate().filter_map(|(i, own)| Some((i, own.as_ref()?)));
-        let fewer = fewer.filter(|(i, own)| !is_justified(*i, own)).map(|(_, own)| own);
-        fewer.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)).cloned()
+            let is_justified = p_value(self.problem, count, &without.fit, &model.fit)
+                <= SIGNIFICANCE
+                && is_material(self.problem, &without.fit, &model.fit);
+            (!is_justified).then_some(without)
+        });
+        without.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
     }
 
     /// The model with the cause `i` replaced by every promising alternative, best first: of what

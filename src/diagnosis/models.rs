@@ -5,7 +5,6 @@ use super::data::Data;
 use super::fit::Fit;
 use super::problem::Problem;
 use super::statistics::p_value_of_gain;
-use crate::model::Cause;
 
 /// A cause is justified if its p-value, corrected for the number of candidates, is below this.
 pub(super) const SIGNIFICANCE: f64 = 0.005;
@@ -96,34 +95,13 @@ pub(super) fn substitutes<'c>(best: &Model<'c>, i: usize, other: &Model<'c>) -> 
         .collect()
 }
 
-/// How far what `after` has more than `before` moves the frequencies, over the noise.
-fn moved(problem: &Problem<'_>, before: &Fit<'_>, after: &Fit<'_>) -> f64 {
-    let n = problem.data.points.len() as f64;
-    // A likelihood falls by n ln of the noise: the squares of noise and effect add.
-    let gain = after.evaluation.score - before.evaluation.score;
-    (2.0 * gain / n).exp_m1().max(0.0).sqrt()
-}
-
 /// Whether what `after` has more than `before` moves the frequencies by more than a part of the
 /// noise.
 pub(super) fn is_material(problem: &Problem<'_>, before: &Fit<'_>, after: &Fit<'_>) -> bool {
-    moved(problem, before, after) >= MIN_MATERIAL
-}
-
-/// Whether the cause `i` of a model may be what the hinge of a bent link leaves of the real link,
-/// which is a beam. `without` has the model without each of its causes.
-pub(super) fn may_be_left_by_hinge(
-    problem: &Problem<'_>,
-    model: &Model<'_>,
-    without: &[Option<Model<'_>>],
-    i: usize,
-) -> bool {
-    /// Of what the link moves the frequencies by.
-    const LEFT: f64 = 0.1;
-    let is_bent = |at: usize| model.fit.hypothesis.effects[at].0.cause == Cause::LinkFlexibility;
-    let moved = |at: usize| Some(moved(problem, &without[at].as_ref()?.fit, &model.fit));
-    let bent = (0..without.len()).filter(|&at| is_bent(at)).filter_map(moved).fold(0.0, f64::max);
-    !is_bent(i) && moved(i).is_some_and(|own| own < LEFT * bent)
+    let n = problem.data.points.len() as f64;
+    // A likelihood falls by n ln of the noise: the squares of noise and effect add.
+    let gain = after.evaluation.score - before.evaluation.score;
+    (2.0 * gain / n).exp_m1() >= MIN_MATERIAL * MIN_MATERIAL
 }
 
 /// p-value of the gain of `after` on `before`, corrected for the number of candidates, or of sets

@@ -312,7 +312,9 @@ impl Correction {
             Cause::JointZeroOffset => &["offset_rad", "offset_m"],
             Cause::Payload => &["mass_kg", "com_x_m", "com_y_m", "com_z_m", "gyration_m"],
             Cause::TransverseCompliance => &["stiffness_nm_per_rad", "ratio_2"],
-            Cause::LinkFlexibility => &["stiffness_nm_per_rad", "position", "ratio_2", "ratio_3"],
+            Cause::LinkFlexibility => {
+                &["stiffness_nm_per_rad", "position", "length", "ratio_2", "ratio_3"]
+            }
             Cause::LocalMode => &["frequency_hz", "mass_kg", "com_x_m", "com_y_m", "com_z_m"],
             Cause::DriveInertia => &["reflected_inertia_kgm2"],
             Cause::LoadDependentStiffness => &[

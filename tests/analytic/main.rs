@@ -22,6 +22,7 @@ mod advice_schedule;
 mod allocation;
 mod arms;
 mod assumed_mass;
+mod beam;
 mod crossings;
 mod free_vibration;
 mod identify;

@@ -1,11 +1,11 @@
-//! A link itself bends: a hinge on the way along it, about an axis across it, or about both, and
-//! about the link. The hinge carries the
-//! whole link and what follows, or only what follows (where the link's mass sits, near its end or
-//! its start), or parts the link's body.
+//! A link itself bends over its length: about one axis across it, about both, or about both and
+//! along it. The end of the link carries the whole link and what follows, or only
+//! what follows (where the link's mass sits, near its end or its start), or the link's body is
+//! parted where it bends.
 
 use nalgebra::Vector3;
 
-use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, across, new_spring, ratio};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, new_spring, ratio};
 use crate::model::{Carries, CoordinateKind, Hinge};
 
 pub(super) const TEXT: CauseText = CauseText {
@@ -20,7 +20,7 @@ const UNLIKE: f64 = 0.8;
 /// A link shorter than this share of the typical one does not bend.
 const MIN_LENGTH: f64 = 0.25;
 
-/// Where the link bends: about halfway.
+/// Where the middle of the link's compliance is: about halfway.
 fn position() -> Parameter {
     Parameter {
         name: "position",
@@ -32,25 +32,34 @@ fn position() -> Parameter {
     }
 }
 
+/// Two axes square to the link and to each other: the frame's own axis that lies most across it, as
+/// far as it does, and another.
+fn square_to(along: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let mut axes = [Vector3::y(), Vector3::z(), Vector3::x()];
+    axes.sort_by(|a, b| a.dot(along).abs().total_cmp(&b.dot(along).abs()));
+    let one = (axes[0] - along * axes[0].dot(along)).normalize();
+    [one, along.cross(&one)]
+}
+
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     for body in arm.bodies.iter().filter(|body| body.on_chain && body.name != arm.root) {
-        if body.reach_m.norm() < MIN_LENGTH * arm.length_m {
+        if body.reach_m.norm() <= MIN_LENGTH * arm.length_m {
             continue;
         }
         let soft = arm.rotation_stiffness();
-        let across = across(&body.reach_m);
+        let along = body.reach_m.normalize();
+        let [one, other] = square_to(&along);
         let spring = || new_spring("stiffness_nm_per_rad", soft);
         let unlike = |name| ratio(name, UNLIKE);
-        let mut forms: Vec<(Vec<Vector3<f64>>, Vec<Parameter>)> =
-            across.iter().map(|axis| (vec![*axis], vec![spring(), position()])).collect();
-        if let [one, other, ..] = across[..] {
-            let mut parameters = vec![spring(), unlike("ratio_2"), position()];
-            forms.push((vec![one, other], parameters.clone()));
-            parameters.push(unlike("ratio_3"));
-            let along = body.reach_m.normalize();
-            forms.push((vec![one, other, along], parameters));
-        }
+        let of_both = vec![spring(), unlike("ratio_2"), position()];
+        let of_all = [&of_both[..], &[unlike("ratio_3")]].concat();
+        let forms = [
+            (vec![one], vec![spring(), position()]),
+            (vec![other], vec![spring(), position()]),
+            (vec![one, other], of_both),
+            (vec![one, other, along], of_all),
+        ];
         for (axes, parameters) in forms {
             for carries in [Carries::Link, Carries::Part, Carries::Rest] {
                 if carries == Carries::Rest && (!body.carries_joint || axes.len() > 1) {
@@ -58,6 +67,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 }
                 let mut candidate =
                     Candidate::new(Cause::LinkFlexibility, &body.name, parameters.clone());
+                candidate.fixed = vec![("length", 1.0)];
                 candidate.is_refinement = axes.len() > 1;
                 candidate.hinge = Some(Hinge {
                     kind: CoordinateKind::Rotation,

@@ -49,6 +49,7 @@ impl Check<'_> {
                 let scales = |name: &&&str| name.contains("stiffness") || name.contains("ratio");
                 names.iter().filter(scales).for_each(|name| self.positive(name));
                 self.share("position");
+                self.share("length");
             }
             Cause::LocalMode => {
                 ["frequency_hz", "mass_kg"].into_iter().for_each(|name| self.positive(name));

@@ -10,32 +10,38 @@ use crate::model::description::{
 const MAX_SPREAD: f64 = 0.8;
 
 impl Hinge {
-    /// Moved to `position` of the link's reach, from 0 at its frame to 1 at the farthest joint on
-    /// it.
-    pub(super) fn moved_along(&mut self, description: &Description, link: &str, position: f64) {
-        self.origin_m += description.reach_of(link) * position;
-    }
-
-    /// Adds the coordinates, called `name`, to the link `at`; the k-th has the k-th of the
-    /// stiffnesses, or the last.
+    /// Adds the coordinates, called `name`, to the link `at`; the k-th axis has the k-th of the
+    /// stiffnesses, or the last. `positions`, ascending, are shares of the link's reach, from its
+    /// frame to the farthest joint on it, from the origin of the axes: a hinge is at each, and all
+    /// together have the stiffnesses.
     pub(super) fn add(
         &self,
         description: &mut Description,
         at: &str,
         name: &str,
         stiffnesses: &[f64],
+        positions: &[f64],
     ) {
-        let moved = match self.carries {
-            Carries::Link => at.to_owned(),
-            Carries::Part => {
-                let reach_m = description.reach_of(at);
-                let link = description.links.iter_mut().find(|link| link.name == at);
-                let outer = link.and_then(|link| cut(link, &reach_m, &self.origin_m));
-                beyond(description, at, outer)
-            }
-            Carries::Rest => beyond(description, at, None),
-        };
-        self.give(description, &moved, name, stiffnesses);
+        let reach_m = description.reach_of(at);
+        let stiffnesses: Vec<f64> =
+            stiffnesses.iter().map(|own| own * positions.len() as f64).collect();
+        // Of the link's own body there is left what is before the last hinge.
+        let mut end = 1.0;
+        for (i, &position) in positions.iter().enumerate().rev() {
+            let hinge = Self { origin_m: self.origin_m + reach_m * position, ..self.clone() };
+            let outer = if i == 0 { "" } else { ", outer" };
+            let moved = match self.carries {
+                Carries::Link => at.to_owned(),
+                Carries::Part => {
+                    let link = description.links.iter_mut().find(|link| link.name == at);
+                    let outer = link.and_then(|own| cut(own, &(reach_m * end), &hinge.origin_m));
+                    beyond(description, at, i, outer)
+                }
+                Carries::Rest => beyond(description, at, i, None),
+            };
+            hinge.give(description, &moved, &format!("{name}{outer}"), &stiffnesses);
+            end = position;
+        }
     }
 
     /// Takes a point mass at the origin of the axes off the body of the link `at`, or off the
@@ -122,9 +128,10 @@ fn weld(
     });
 }
 
-/// A new link in the place of `at`, with all that `at` carries and `body`.
-fn beyond(description: &mut Description, at: &str, body: Option<Inertial>) -> String {
-    let rest = format!("{at}, beyond its hinge");
+/// A new link in the place of `at` beyond its hinge `i`, with all that `at` carries and `body`.
+fn beyond(description: &mut Description, at: &str, i: usize, body: Option<Inertial>) -> String {
+    let outer = if i == 0 { "" } else { "outer " };
+    let rest = format!("{at}, beyond its {outer}hinge");
     for joint in description.joints.iter_mut().filter(|joint| joint.parent == at) {
         joint.parent.clone_from(&rest);
     }
@@ -135,7 +142,7 @@ fn beyond(description: &mut Description, at: &str, body: Option<Inertial>) -> St
         has_geometry: false,
         ..whole
     });
-    weld(description, at, &rest, format!("{at}, its hinge"), Isometry3::identity());
+    weld(description, at, &rest, format!("{at}, its {outer}hinge"), Isometry3::identity());
     rest
 }
 

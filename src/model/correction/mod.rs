@@ -235,24 +235,35 @@ impl Correction {
             Cause::TransverseCompliance => joint(description, at)?.child.clone(),
             _ => link(description, at)?.name.clone(),
         };
-        if let Some(position) = self.value("position") {
-            hinge.moved_along(description, &link, position);
-        }
         let name = format!("{} at {at}", self.cause);
-        hinge.add(description, &link, &name, &stiffnesses);
+        let positions = self.positions();
+        hinge.add(description, &link, &name, &stiffnesses, &positions);
         // What turns may also shift.
         if let (Some(_), Some(shifting)) = (turning, shifting) {
             let unlike = [1.0, ratio("shift_ratio_2"), ratio("shift_ratio_3")];
             let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
             let shift = Hinge { kind: CoordinateKind::Translation, axes, ..hinge };
-            shift.add(
-                description,
-                &link,
-                &format!("{name}, shift"),
-                &unlike.map(|of| of * shifting),
-            );
+            let name = format!("{name}, shift");
+            shift.add(description, &link, &name, &unlike.map(|of| of * shifting), &positions);
         }
         Ok(())
+    }
+
+    /// Where along the link hinges are, as shares of its reach, ascending: one at `position`, or
+    /// two where the link bends over a `length` about its middle. The compliance then changes
+    /// linearly over that length so that its centre is `position`; two hinges with its mean and
+    /// variance are as soft under any force and moment on the link's end, as the bending moment is
+    /// linear between (Gauss's rule is exact for what is quadratic).
+    fn positions(&self) -> Vec<f64> {
+        let Some(length) = self.value("length") else {
+            return vec![self.value("position").unwrap_or(0.0)];
+        };
+        let position = self.value("position").unwrap_or(0.5);
+        let variance = length * length / 12.0 - (position - 0.5).powi(2);
+        match variance > 0.0 {
+            true => [-1.0, 1.0].map(|side| position + side * variance.sqrt()).to_vec(),
+            false => vec![position],
+        }
     }
 
     /// Hangs a part on a link, on a spring of its own: on a rigid link it has the frequency given.

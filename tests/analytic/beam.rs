@@ -1,0 +1,112 @@
+//! A link that bends over its length against the beam of Euler and Bernoulli.
+
+use crate::planar_arm::{L1, two_link};
+use detune::model::{
+    Carries, Cause, CoordinateKind, Correction, Description, Hinge, Inertial, Placement, Robot,
+};
+use detune::modes::{ModalSolver, Statics};
+use nalgebra::{Matrix3, Point3, Vector3};
+
+/// Of the whole link, N·m/rad: EI over its length.
+const STIFFNESS: f64 = 4e5;
+const LINK_KG: f64 = 40.0;
+
+/// An arm of which the first link alone gives, about z, with a point mass on its end.
+fn cantilever(end_kg: f64, parameters: &[(&str, f64)]) -> Robot {
+    let rod = LINK_KG * L1 * L1 / 12.0;
+    let inertia = |about: Vector3<f64>| Matrix3::from_diagonal(&about);
+    let mut description =
+        Description { elastic_joints: Vec::new(), tip: Some("two".to_owned()), ..two_link() };
+    description.links[1].inertial = Some(Inertial {
+        mass_kg: LINK_KG,
+        com_m: Vector3::new(0.5 * L1, 0.0, 0.0),
+        inertia_kgm2: inertia(Vector3::new(1e-6 * rod, rod, rod)),
+    });
+    description.links[2].inertial = Some(Inertial {
+        mass_kg: end_kg,
+        com_m: Vector3::zeros(),
+        inertia_kgm2: inertia(Vector3::repeat(1e-9)),
+    });
+    description.corrections = vec![Correction {
+        cause: Cause::LinkFlexibility,
+        at: Some("one".to_owned()),
+        parameters: [&[("stiffness_nm_per_rad", STIFFNESS)], parameters]
+            .concat()
+            .iter()
+            .map(|(name, value)| ((*name).to_owned(), *value))
+            .collect(),
+        hinge: Some(Hinge {
+            kind: CoordinateKind::Rotation,
+            axes: vec![Vector3::z()],
+            origin_m: Vector3::zeros(),
+            carries: Carries::Part,
+        }),
+    }];
+    Robot::new(&description).unwrap()
+}
+
+/// Of the end of the link, across it: under a force and under a moment there, m/N and 1/N.
+fn compliances(parameters: &[(&str, f64)]) -> [f64; 2] {
+    let robot = cantilever(1.0, parameters);
+    let mut placement = Placement::new(&robot);
+    placement.place(&robot, &[0.0, 0.0]);
+    let found = Statics::of(&robot, &placement, &Point3::origin()).unwrap();
+    [found.compliance_m_per_n[(1, 1)], found.compliance_m_per_nm[(1, 2)]]
+}
+
+/// Under a force F and a moment M on the end, EI y'' = F (L − x) + M. The compliance changes linearly over a length
+/// about the middle and has its centre at a position; here it is summed over thin slices.
+#[test]
+fn a_link_that_bends_over_its_length_is_as_soft_as_a_beam() {
+    const SLICES: usize = 2000;
+    for (position, length) in [(0.5, 1.0), (0.4, 1.0), (0.65, 1.0), (0.5, 0.6), (0.45, 0.5)] {
+        let taper = 6.0 * (position - 0.5) / length;
+        let (mut force, mut moment) = (0.0, 0.0);
+        for slice in 0..SLICES {
+            let along = (slice as f64 + 0.5) / SLICES as f64 - 0.5;
+            let soft = (1.0 + taper * 2.0 * along) / (STIFFNESS * SLICES as f64);
+            let to_end = L1 * (0.5 - along * length);
+            force += soft * to_end * to_end;
+            moment += soft * to_end;
+        }
+        let found = compliances(&[("position", position), ("length", length)]);
+        for (found, expected) in found.iter().zip([force, moment]) {
+            assert!(
+                (found / expected - 1.0).abs() < 1e-6,
+                "{position} {length}: {found} {expected}"
+            );
+        }
+    }
+    // L³/3EI and L²/2EI.
+    let uniform = compliances(&[("length", 1.0)]);
+    assert!((uniform[0] / (L1 * L1 / (3.0 * STIFFNESS)) - 1.0).abs() < 1e-9, "{uniform:?}");
+    assert!((uniform[1] / (L1 / (2.0 * STIFFNESS)) - 1.0).abs() < 1e-9, "{uniform:?}");
+    // One hinge at the middle.
+    let hinge = compliances(&[("position", 0.5)]);
+    assert!((hinge[0] / (L1 * L1 / (4.0 * STIFFNESS)) - 1.0).abs() < 1e-9, "{hinge:?}");
+}
+
+/// First root of 1 + cos β cosh β + (M/m) β (cos β sinh β − sin β cosh β) = 0, of a clamped beam with a mass on its end
+/// (Blevins, Formulas for Natural Frequency and Mode Shape, 1979, Table 8-8); f = β²/2π √(EI/mL³).
+#[test]
+fn a_bent_link_with_its_own_mass_rings_as_a_beam() {
+    for end_kg in [10.0, 40.0, 160.0] {
+        let left = |beta: f64| {
+            1.0 + beta.cos() * beta.cosh()
+                + end_kg / LINK_KG * beta * (beta.cos() * beta.sinh() - beta.sin() * beta.cosh())
+        };
+        let (mut low, mut high) = (0.1, 1.88);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if left(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        let expected = low * low / std::f64::consts::TAU * (STIFFNESS / (LINK_KG * L1 * L1)).sqrt();
+        let hz = |parameters: &[(&str, f64)]| {
+            let robot = cantilever(end_kg, parameters);
+            ModalSolver::new(&robot).frequencies_hz(&[0.0, 0.0]).unwrap()[0]
+        };
+        let found = hz(&[("length", 1.0)]);
+        println!("{end_kg}: {} {}", found / expected, hz(&[("position", 0.5)]) / expected);
+        assert!((found / expected - 1.0).abs() < 0.01, "{end_kg} kg: {found} {expected}");
+    }
+}
