@@ -12,7 +12,7 @@ class GCode(Writer):
         super().__init__(rng, ways, {"holes": self.holes, "again": self.again})
         self.has_files, self.subs, self.first, self.count = has_files, [], [], 1000
         self.callable, self.parts = ("M97", "M98", "own"), []
-        self.turn, self.polar, self.relative, self.fresh = None, None, False, False
+        self.turn, self.polar, self.radius, self.relative, self.fresh = None, False, None, False, False
 
     def word(self, letter, value):
         return (letter if self.chance(0.8) else letter.lower()) + self.rng.choice(["", " "]) + n(value)
@@ -45,11 +45,11 @@ class GCode(Writer):
         if not self.polar:
             pairs = [(a, b, old is None or abs(b - o) > 1e-10) for a, b, o in zip("XYZ", new, old or new)]
         else:
-            radius, angle = math.hypot(*new[:2]), math.degrees(math.atan2(new[1], new[0])) + self.rng.choice([0, 0, 360, -360])
-            held = self.polar[-1]
-            pairs = [("X", radius, held is None or abs(held - radius) > 1e-7), ("Y", angle, True)]
+            radius, angle = math.hypot(*new[:2]), math.degrees(math.atan2(new[1], new[0]))
+            angle += self.rng.choice([0, 0, 360, -360])
+            pairs = [("X", radius, self.radius is None or abs(self.radius - radius) > 1e-7), ("Y", angle, True)]
             pairs.append(("Z", new[2], old is None or abs(new[2] - old[2]) > 1e-10))
-            self.polar.append(radius)
+            self.radius = radius
         return [self.word(letter, value) for letter, value, needed in pairs if needed or self.chance(0.3)]
 
     def speed(self, rpm):
@@ -109,9 +109,9 @@ class GCode(Writer):
         if self.turn or self.polar or self.relative or not self.may_be_polar(part):
             return False
         self.out.append("G16")
-        self.polar = [None]
+        self.polar, self.radius = True, None
         self.run(part, depth)
-        self.polar, self.fresh = None, True
+        self.polar, self.fresh = False, True
         self.out.append("G15")
         return True
 
@@ -120,7 +120,7 @@ class GCode(Writer):
         if self.turn or self.polar or self.relative or self.shift != [0, 0, 0]:
             return False
         circle = [item[1] for item in part if item[0] == "group" and item[1].get("pattern") == "circle"]
-        x, y = circle[0]["words"][:2] if circle else (round(self.rng.uniform(-30, 30), 2), round(self.rng.uniform(-30, 30), 2))
+        x, y = circle[0]["words"][:2] if circle else [round(self.rng.uniform(-30, 30), 2) for _ in range(2)]
         self.out.append(f"G52 X{n(x)} Y{n(y)}")
         self.shift, self.fresh = [x, y, 0], True
         if not self.chance(0.6) or not self.polar_stretch(part, depth):
@@ -136,17 +136,18 @@ class GCode(Writer):
         # N numbers belong to their program, and what a file calls need not be in the one that calls it.
         kinds = {"M97": ["M97"], "M98": ["M98", "word"], "own": ["own", "named"] * self.has_files}
         kind = self.rng.choice(sum((kinds[each] for each in self.callable), []))
-        before, self.callable = self.callable, {"own": ("own",), "named": ("own",), "M97": self.callable}.get(kind, ("M98", "own"))
+        within = {"M97": self.callable, "own": ("own",), "named": ("own",)}
+        before, self.callable = self.callable, within.get(kind, ("M98", "own"))
         lines = self.captured(write)
         self.callable = before
-        if self.polar:
-            self.polar.append(None)
+        self.radius = None
         if kind == "M97":
             self.parts += [f"N{name} (PART)", *lines, "M99"]
             self.out.append(f"M97 P{name}{times}")
         elif kind == "M98" or kind == "own":
             text = [f"O{name}", *lines, "M99"]
-            self.out.append(f"M98 P{name}{times}")
+            # As Fanuc's older controls have it, the times stand before the number.
+            self.out.append(f"M98 P{count}{name}" if self.chance(0.3) else f"M98 P{name}{times}")
             if kind == "M98":
                 self.subs += text
             else:
@@ -160,8 +161,7 @@ class GCode(Writer):
             self.out += [f"o<part{name}> call"] * count
 
     def called(self, part, depth):
-        if self.polar:
-            self.polar.append(None)
+        self.radius = None
         self.subprogram(lambda: self.run(part, depth), 1)
         return True
 

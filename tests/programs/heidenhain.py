@@ -2,11 +2,8 @@
 
 import math
 
-from lists import direction_at, end_of, flat, heading, n
+from lists import direction_at, end_of, heading, n
 from writer import Writer
-
-# Feeds of cycles: in and out.
-FEEDS = ("Q206", "Q208")
 
 
 class Heidenhain(Writer):
@@ -143,7 +140,8 @@ class Heidenhain(Writer):
         if self.chance(0.6):
             self.count += 1
             label, self.pole = self.rng.choice([str(self.count), f'"AGAIN{self.count}"']), None
-            self.out += [f"LBL {label}", *self.captured(write), f"CALL LBL {label} REP {count - 1}"]
+            again = f"CALL LBL {label} REP {count - 1}"
+            self.out += [f"LBL {label}", *self.captured(write), self.rng.choice([again, f"{again}/{count - 1}"])]
         else:
             self.subprogram(write, count)
         self.pole, self.way = None, None
@@ -169,15 +167,25 @@ class Heidenhain(Writer):
         else:
             name, own = "201 REAMING", own + [("Q208", feeds[1])]
         own += [("Q203", top), ("Q204", second), ("Q211", form["dwell"])]
-        self.out.append(" ~\n    ".join([f"CYCL DEF {name}", *(f"{q}={self.rng.choice(['', '+' * (v >= 0)]) * (q not in FEEDS)}{n(v)} ;WORD" for q, v in own)]))
-        for place in form["places"]:
+        # The plus of a feed that is written anew is left out.
+        sign = lambda q, v: "+" if v >= 0 and q not in ("Q206", "Q208") and self.chance(0.5) else ""
+        self.out.append(" ~\n    ".join([f"CYCL DEF {name}", *(f"{q}={sign(q, v)}{n(v)} ;WORD" for q, v in own)]))
+        is_polar = form["pattern"] == "circle" and not by_place and self.chance(0.7)
+        if is_polar:
+            self.set_pole(*self.local([*form["words"][:2], 0.0])[:2])
+        for i, place in enumerate(form["places"]):
             x, y, _ = self.local([*place, 0.0])
             if by_place:
                 self.out.append(f"CYCL CALL POS X{x:+.9f} Y{y:+.9f} Z{z:+.9f} FMAX")
             else:
-                ways = self.words([*place, self.at[2]], "XY") or ["IX+0"]
+                ways = ["L", *(self.words([*place, self.at[2]], "XY") or ["IX+0"])]
+                if is_polar:
+                    px, py = self.pole
+                    ways = [f"PA{math.degrees(math.atan2(y - py, x - px)):+.9f}"]
+                    # The radius of the hole before holds on.
+                    ways = ["LP", f"PR{math.hypot(x - px, y - py):+.9f}", *ways] if i == 0 or self.chance(0.3) else ["LP", *ways]
                 called = self.rng.choice([[" FMAX M99"], [" FMAX", "CYCL CALL"]])
-                self.out += ["L " + " ".join(ways) + called[0], *called[1:]]
+                self.out += [" ".join(ways) + called[0], *called[1:]]
             self.at = [*place, back]
         self.feed, self.way = None, None
         return True

@@ -63,7 +63,9 @@ def shifted(item, by):
 def holes(rng, at, feed, taps):
     """A pattern of holes, drilled, reamed or tapped, from where the tool is above them."""
     kind = rng.choice(["row", "circle", "free"])
-    count = rng.randint(2, 5)
+    way = rng.choice(["drill", "ream", "tap"] if taps else ["drill", "drill", "ream"])
+    # Every tapped hole makes stretches of its own, which are thousands of samples each.
+    count = 2 if way == "tap" else rng.randint(2, 5)
     x, y = (round(rng.uniform(-40, 40), 2) for _ in range(2))
     angle = rng.choice([0.0, 30.0, 90.0, -135.0, round(rng.uniform(-180, 180), 2)])
     form = {"kind": "holes", "pattern": kind}
@@ -84,7 +86,6 @@ def holes(rng, at, feed, taps):
     surface = round(at[2] - rng.uniform(8, 15), 2)
     clear, depth = surface + rng.choice([1.0, 2.5]), surface - round(rng.uniform(2, 12), 2)
     back = rng.choice([clear, at[2], round(clear + rng.uniform(1, 3), 3)])
-    way = rng.choice(["drill", "drill", "ream", "tap"] if taps else ["drill", "drill", "ream"])
     dwell = rng.choice([0.0, 0.0, 0.5, 2.0])
     out_feed = rng.choice([feed, feed, 450.0])
     form |= {"places": places, "surface": surface, "clear": clear, "depth": depth, "back": back, "way": way, "dwell": dwell}
@@ -160,13 +161,13 @@ def draw(rng, taps=True, bows=False):
         here, count = at, len(found)
         if kind < 0.15:
             feed = float(rng.choice([90, 300, 655.5, 1200]))
-        if kind < 0.5:
+        if kind < 0.45:
             end = [round(rng.uniform(-60, 60), 3), round(rng.uniform(-60, 60), 3), round(rng.uniform(0, 60), 3)]
             if rng.random() < 0.4:
                 end[2] = at[2]
             if math.dist(at, end) > 1e-3:
                 found.append(("line", end, None if kind < 0.2 else feed))
-        elif kind < 0.75:
+        elif kind < 0.68:
             start, sweep = rng.uniform(0, math.tau), rng.choice([-1, 1]) * rng.uniform(0.3, 5.8)
             radius = rng.uniform(3, 25)
             if way and rng.random() < 0.6:
@@ -176,11 +177,12 @@ def draw(rng, taps=True, bows=False):
             else:
                 centre = [round(at[0] - radius * math.cos(start), 3), round(at[1] - radius * math.sin(start), 3)]
             found.append(arc(at, centre, sweep, feed))
-        elif kind < 0.8:
+        elif kind < 0.73:
             found.append(bow(rng, at, feed) if bows else ("dwell", 0.75))
-        elif kind < 0.88:
+        elif kind < 0.86:
             found.append(holes(rng, at, feed, taps))
-        elif kind < 0.94:
+            taps = taps and found[-1][1]["way"] != "tap"
+        elif kind < 0.95:
             found.append(again(rng, at, feed))
         else:
             found.append(("dwell", rng.choice([0.25, 1.5, 3.0])))

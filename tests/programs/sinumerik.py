@@ -2,7 +2,7 @@
 
 import math
 
-from lists import direction_at, end_of, flat, heading, n, on_bow
+from lists import direction_at, end_of, heading, n, on_bow
 from writer import Writer
 
 
@@ -99,7 +99,7 @@ class Sinumerik(Writer):
             words.append(self.to("X", x, hx) if abs(dx) > abs(dy) else self.to("Y", y, hy))
         else:
             words = self.end(end)
-        self.block([code] + (words or self.end(end, "Z") or [f"Z{n(0 if self.relative else self.local(end)[2])}"]), feed)
+        self.block([code] + (words or [f"Z{n(0 if self.relative else self.local(end)[2])}"]), feed)
 
     def through(self, via, end, feed):
         words = ["CIP"] + self.end(end)
@@ -116,7 +116,8 @@ class Sinumerik(Writer):
         radius, angle, code = math.dist(self.at[:2], centre[:2]), abs(sweep), "G3" if sweep > 0 else "G2"
         starts = direction_at(centre, self.at, sweep)
         if self.way and sum(a * b for a, b in zip(starts, self.way)) > 1 - 1e-12 and self.chance(0.6):
-            return self.block(["CT"] + (self.end(end, "XY") or [self.to("X", self.local(end)[0], self.local(self.at)[0])]), feed)
+            words = self.end(end, "XY") or [self.to("X", self.local(end)[0], self.local(self.at)[0])]
+            return self.block(["CT"] + words, feed)
         kind = self.rng.random()
         if kind < 0.25 and not self.relative:
             return self.block([code] + self.polar([*centre[:2], 0.0], end), feed)
@@ -189,7 +190,8 @@ class Sinumerik(Writer):
 
     def holes(self, group, depth):
         _, form, items = group
-        if self.relative:
+        # The feeds of CYCLE85 stand in its call, where none is written anew.
+        if self.relative or self.rewritten and form["way"] == "ream":
             return False
         way, clear, surface, depth_at, back = (form[key] for key in ("way", "clear", "surface", "depth", "back"))
         level = lambda z: n(z - self.shift[2])
@@ -213,7 +215,8 @@ class Sinumerik(Writer):
             else:
                 pitch = n(form["hand"] * (feeds[0] / form["in"]))
             out = n(form["out"]) if form["out"] != form["in"] or self.chance(0.5) else self.rng.choice(["", "0"])
-            cycle, words = "CYCLE84", words + [dwell, "3", size, pitch, self.rng.choice(["", "0", "90"]), n(form["in"]), out]
+            stop = self.rng.choice(["", "0", "90"])
+            cycle, words = "CYCLE84", words + [dwell, "3", size, pitch, stop, n(form["in"]), out]
         while words[-1] == "":
             words.pop()
         call = f"{cycle}({self.rng.choice([',', ', ']).join(words)})"
@@ -224,10 +227,14 @@ class Sinumerik(Writer):
             name = "HOLES1" if pattern == "row" else "HOLES2"
             self.out += [f"MCALL {call}", f"{name}({','.join(n(v) for v in values)})", "MCALL"]
         elif self.chance(0.5):
-            self.out.append(f"MCALL {call}")
-            for place in form["places"]:
-                self.block(["G0"] + self.end([*place, self.at[2]], "XY"), None)
-                self.at = [*place, back]
+            # Places on a circle by their angles, the pole set before the cycle holds.
+            is_polar = pattern == "circle" and self.chance(0.7)
+            words = lambda place: self.polar([*form["words"][:2], 0.0], place) if is_polar else self.end(place, "XY")
+            for i, place in enumerate([*place, self.at[2]] for place in form["places"]):
+                to = words(place)
+                self.out += [f"MCALL {call}"] * (i == 0)
+                self.block(["G0"] + to, None)
+                self.at = [*place[:2], back]
             self.out.append("MCALL")
         else:
             for place in form["places"]:
