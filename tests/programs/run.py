@@ -123,7 +123,7 @@ def check(detune, folder, arm, truth, text, extension, files={}):
                 wanted, found = on(min(max(share, 0.0), 1.0)), arm.tool(sample["joints_rad"])
                 if math.dist(wanted, found) > 2e-4:
                     return f"is at {found}, not at {wanted}, {where}"
-                if rpm not in (None, operation["spindle_rpm"]) and 1e-6 < share < 1 - 1e-6:
+                if rpm not in (None, operation["spindle_rpm"]) and 1e-5 < at < seconds - 1e-5:
                     return f"runs at {operation['spindle_rpm']} rpm, not {rpm}, {where}"
     return None
 
