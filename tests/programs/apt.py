@@ -2,7 +2,7 @@
 
 import math
 
-from lists import flat, n
+from lists import flat, is_move, n
 
 
 def apt(truth, rng, rewritten=False):
@@ -29,7 +29,7 @@ def apt(truth, rng, rewritten=False):
                 _, centre, sweep, end, _ = item
                 start, radius = math.atan2(at[1] - centre[1], at[0] - centre[0]), math.dist(at[:2], centre)
                 along = lambda angle, sweep=sweep: [math.copysign(1, sweep) * x for x in (-math.sin(angle), math.cos(angle))]
-                after = truth[index + 1] if index + 1 < len(truth) else None
+                after = next((each for each in truth[index + 1 :] if is_move(each)), None)
                 cusps = before and turns_back([*along(start), 0], [a - b for a, b in zip(at, before)])
                 if after and after[0] == "line":
                     cusps = cusps or turns_back([*along(start + sweep), 0], [a - b for a, b in zip(after[1], end)])
