@@ -192,7 +192,7 @@ def round_trip(detune, folder, seed, write):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("detune")
-    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--seeds", type=int, default=30)
     parser.add_argument("--round-trips", type=int, default=0)
     parser.add_argument("--pygcode", action="store_true", help="compare with pygcode, too, which must be installed")
     arguments = parser.parse_args()
