@@ -55,6 +55,7 @@ impl Machine<'_> {
             let pace = value.map(|_| own.cutter.pace_of(Feed { value, ..own.cutter.feed }));
             pace.transpose()
         };
+        let mut tapped = None;
         let (feed, out) = match call.cycle {
             Cycle::Ream => {
                 let [own, out] = [6, 7].map(|at| of_words(self, at));
@@ -69,7 +70,12 @@ impl Machine<'_> {
                 let feed = own?.unwrap_or(feed);
                 (feed, out?.unwrap_or(feed))
             }
-            Cycle::Tap => self.tap(line, call)?,
+            Cycle::Tap => {
+                let (pitch, turns) = thread(call)?;
+                tapped = Some(turns);
+                let [feed, out] = turns.map(|rpm| Pace::Feed(m_per_s_from_mm_per_min(pitch * rpm)));
+                (feed, out)
+            }
             _ => (feed, Pace::Rapid),
         };
         let dwell = |at: usize, digit: i32| self.dwell_of(call, at, digit);
@@ -111,42 +117,45 @@ impl Machine<'_> {
         };
         let mut over = place;
         over[w] = 0.0;
-        self.cutter.hole(line, over, Vector3::ith(w, 1.0), &hole);
-        if call.cycle == Cycle::Tap {
-            self.end_tap(line, call);
+        match tapped {
+            Some(turns) => {
+                self.tap(line, |height| over + Vector3::ith(w, height), &hole, turns);
+                self.end_tap(line, call);
+            }
+            None => self.cutter.hole(line, over, Vector3::ith(w, 1.0), &hole),
         }
         self.cuts(line);
         self.tell_length(line);
         Ok(())
     }
 
-    /// CYCLE84: the feeds into the hole and out of it, by the pitch and the cycle's own speeds.
-    fn tap(&mut self, line: usize, call: &DrillingCall) -> Result<(Pace, Pace), String> {
-        let size = |at: usize| call.get(at).map(f64::abs).filter(|size| *size > 0.0);
-        if call.get(13).is_some_and(|unit| unit != 0.0 && unit != 1.0) {
-            return Err("CYCLE84: a pitch in another unit than mm is not supported".to_owned());
-        }
-        if call.get(15).is_some_and(|kind| kind != 0.0) {
-            return Err("CYCLE84: tapping in several strokes is not supported".to_owned());
-        }
-        let of_size = size(7).map(|size| {
-            coarse_pitch(size).ok_or_else(|| format!("MPIT: M{size} has no pitch of its own"))
-        });
-        let pitch = match (of_size.transpose()?, size(8)) {
-            (Some(a), Some(b)) if a != b => {
-                return Err("MPIT and PIT give different pitches".to_owned());
-            }
-            (of_size, pitch) => of_size.or(pitch).ok_or("CYCLE84 has no MPIT and no PIT")?,
-        };
-        let speed = size(10).ok_or("CYCLE84 has no SST")?;
-        let back = size(11).unwrap_or(speed);
+    /// To the clearance as the spindle turned before, then in and out each at a speed of its own.
+    fn tap(
+        &mut self,
+        line: usize,
+        above: impl Fn(f64) -> Vector3<f64>,
+        hole: &Hole,
+        [speed, back]: [f64; 2],
+    ) {
+        let axis = above(1.0) - above(0.0);
+        self.cutter.over_hole(line, above(0.0), axis, hole.clearance);
+        self.cutter.apart(line, above(hole.clearance), Pace::Rapid);
         self.cutter.taps(line);
-        // Both are words of the call, at which no new number can be written.
-        self.cutter.log.states(line, None, States::Spindle { value: speed, rpm_per_unit: 1.0 });
         self.cutter.log.states(line, None, States::Tap);
-        self.cutter.log.spindle(line, Spindle::at(Some(speed)));
-        let pace = |rpm: f64| Pace::Feed(m_per_s_from_mm_per_min(pitch * rpm));
-        Ok((pace(speed), pace(back)))
+        self.turns_by_call(line, speed);
+        for &depth in &hole.depths {
+            self.cutter.apart(line, above(depth), hole.feed);
+        }
+        self.cutter.log.dwell(line, hole.dwell_s);
+        self.turns_by_call(line, back);
+        self.cutter.apart(line, above(hole.clearance), hole.out);
+        self.cutter.apart(line, above(hole.retract), Pace::Rapid);
+    }
+
+    /// A speed that is a word of the call, at which no new number can be written.
+    fn turns_by_call(&mut self, line: usize, rpm: f64) {
+        self.cutter.log.states(line, None, States::Spindle { value: rpm, rpm_per_unit: 1.0 });
+        self.cutter.log.spindle(line, Spindle::at(Some(rpm)));
     }
 
     /// SDAC: which way the spindle turns behind the tap, at the speed that was programmed before.
@@ -166,4 +175,26 @@ impl Machine<'_> {
             _ => Err("a dwell in turns, but the spindle's speed is not known".to_owned()),
         }
     }
+}
+
+/// CYCLE84: the pitch, mm, and the speeds into the hole and out of it.
+fn thread(call: &DrillingCall) -> Result<(f64, [f64; 2]), String> {
+    let size = |at: usize| call.get(at).map(f64::abs).filter(|size| *size > 0.0);
+    if call.get(13).is_some_and(|unit| unit != 0.0 && unit != 1.0) {
+        return Err("CYCLE84: a pitch in another unit than mm is not supported".to_owned());
+    }
+    if call.get(15).is_some_and(|kind| kind != 0.0) {
+        return Err("CYCLE84: tapping in several strokes is not supported".to_owned());
+    }
+    let of_size = size(7).map(|size| {
+        coarse_pitch(size).ok_or_else(|| format!("MPIT: M{size} has no pitch of its own"))
+    });
+    let pitch = match (of_size.transpose()?, size(8)) {
+        (Some(a), Some(b)) if a != b => {
+            return Err("MPIT and PIT give different pitches".to_owned());
+        }
+        (of_size, pitch) => of_size.or(pitch).ok_or("CYCLE84 has no MPIT and no PIT")?,
+    };
+    let speed = size(10).ok_or("CYCLE84 has no SST")?;
+    Ok((pitch, [speed, size(11).unwrap_or(speed)]))
 }

@@ -2,33 +2,15 @@
 //! on from the block before, lines by their angle, rows and circles of holes; and taps.
 
 use detune::motion::{Target, Timing};
-use detune::notes::{Code, Note};
-use detune::program::{Dialect, NewSpeed, Program, Rewrite, Spindle, read, rewrite};
+use detune::notes::Code;
+use detune::program::{Dialect, NewSpeed, Program, Rewrite, Spindle, rewrite};
 use nalgebra::Vector3;
 
-use super::support::{assert_ends, end, settings};
+use super::support::{Begun, end, settings};
 
 const HEAD: &str = "G710 G17 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\nF120\n";
 
-fn run(text: &str) -> Result<Program, Vec<Note>> {
-    read(format!("{HEAD}{text}M30\n").as_bytes(), Dialect::Sinumerik, &settings())
-}
-
-#[track_caller]
-fn refused(text: &str, said: &str) {
-    let found = run(text).expect_err(text);
-    assert!(found[0].what.contains(said), "{text}: {found:?}");
-    assert!(found[0].place.line.is_some_and(|line| line > 5), "{found:?}");
-}
-
-/// The ends of all moves behind the first.
-#[track_caller]
-fn assert_way(text: &str, expected: &[(char, [f64; 3])]) -> Program {
-    let program = run(text).unwrap();
-    let start = [('L', [0.0, 0.0, 50.0])];
-    assert_ends(&program, &[&start, expected].concat());
-    program
-}
+const BEGUN: Begun = Begun { head: HEAD, at_mm: [0.0, 0.0, 50.0], dialect: Dialect::Sinumerik };
 
 /// Points on the way of the arcs, mm.
 fn on_the_way(program: &Program) -> Vec<Vector3<f64>> {
@@ -51,7 +33,7 @@ fn assert_on_the_way(program: &Program, expected: &[[f64; 3]]) {
 #[test]
 fn polar_coordinates_count_from_their_pole() {
     let half = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
-    let program = assert_way(
+    let program = BEGUN.assert_way(
         "G111 X20 Y10\nG1 AP=0 RP=10\nG3 AP=90\nG1 AP=180 RP=5 Z40\n\
          G110 X5\nAP=270 RP=10\nG112 Y10\nAP=0 RP=1\n",
         &[
@@ -66,39 +48,40 @@ fn polar_coordinates_count_from_their_pole() {
     );
     assert_on_the_way(&program, &[[20.0 + half, 10.0 + half, 50.0]]);
     // Without a pole: from the zero of the work, which TRANS shifts.
-    assert_way("G1 AP=90 RP=7\n", &[('L', [0.0, 7.0, 50.0])]);
-    assert_way("TRANS X3\nG1 AP=90 RP=7\n", &[('L', [3.0, 7.0, 50.0])]);
+    BEGUN.assert_way("G1 AP=90 RP=7\n", &[('L', [0.0, 7.0, 50.0])]);
+    BEGUN.assert_way("TRANS X3\nG1 AP=90 RP=7\n", &[('L', [3.0, 7.0, 50.0])]);
     // In Z/X angles count from Z.
-    assert_way("G18\nG111 Z40 X0\nG1 AP=90 RP=7\n", &[('L', [7.0, 0.0, 40.0])]);
-    refused("G1 AP=IC(10) RP=5\n", "relative polar");
-    refused("G91 G1 AP=10 RP=5\n", "relative polar");
-    refused("G1 AP=10\n", "without a radius");
-    refused("G1 AP=10 RP=5 X3\n", "beside an axis");
-    refused("G111 AP=10 RP=5\n", "a pole in polar");
+    BEGUN.assert_way("G18\nG111 Z40 X0\nG1 AP=90 RP=7\n", &[('L', [7.0, 0.0, 40.0])]);
+    BEGUN.refused("G1 AP=IC(10) RP=5\n", "relative polar");
+    BEGUN.refused("G91 G1 AP=10 RP=5\n", "relative polar");
+    BEGUN.refused("G1 AP=10\n", "without a radius");
+    BEGUN.refused("G1 AP=10 RP=5 X3\n", "beside an axis");
+    BEGUN.refused("G111 AP=10 RP=5\n", "a pole in polar");
     // Another pole ends what holds of the one before.
-    refused("G1 AP=10 RP=5\nG111 X5 Y5\nG1 AP=10\n", "without a radius");
+    BEGUN.refused("G1 AP=10 RP=5\nG111 X5 Y5\nG1 AP=10\n", "without a radius");
 }
 
 #[test]
 fn an_arc_through_a_point() {
     // Half a circle about (10, 0), through its point at 120°.
     let y = 75.0_f64.sqrt();
-    let program = assert_way(&format!("CIP X20 Y0 I1=5 J1={y}\n"), &[('A', [20.0, 0.0, 50.0])]);
+    let program =
+        BEGUN.assert_way(&format!("CIP X20 Y0 I1=5 J1={y}\n"), &[('A', [20.0, 0.0, 50.0])]);
     assert_on_the_way(&program, &[[10.0, 10.0, 50.0]]);
-    let relative = run("G1 X0 Y0\nG91\nCIP X20 Y0 I1=10 J1=10\n").unwrap();
+    let relative = BEGUN.run("G1 X0 Y0\nG91\nCIP X20 Y0 I1=10 J1=10\n").unwrap();
     assert_on_the_way(&relative, &[[10.0, 10.0, 50.0]]);
     // From above down, and up again, in the plane X = 0.
-    let program = assert_way("CIP X0 Y10 I1=0 J1=5 K1=45\n", &[('A', [0.0, 10.0, 50.0])]);
+    let program = BEGUN.assert_way("CIP X0 Y10 I1=0 J1=5 K1=45\n", &[('A', [0.0, 10.0, 50.0])]);
     assert_on_the_way(&program, &[[0.0, 5.0, 45.0]]);
-    refused("CIP X20 I1=10\n", "on one line");
-    refused("CIP X20\n", "on one line");
+    BEGUN.refused("CIP X20 I1=10\n", "on one line");
+    BEGUN.refused("CIP X20\n", "on one line");
 }
 
 #[test]
 fn an_arc_goes_on_from_the_block_before() {
     // A quarter about (10, 10), then one the other way round about (30, 10).
     let off = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
-    let program = assert_way(
+    let program = BEGUN.assert_way(
         "G1 X10\nCT X20 Y10\nX30 Y20\nG1 Y30\n",
         &[
             ('L', [10.0, 0.0, 50.0]),
@@ -110,13 +93,13 @@ fn an_arc_goes_on_from_the_block_before() {
     let on_the_way = [[10.0 + off, 10.0 - off, 50.0], [30.0 - off, 10.0 + off, 50.0]];
     assert_on_the_way(&program, &on_the_way);
     // Behind three quarters of a circle about (0, 10), which end at (-10, 10) towards -y.
-    let program = run("G3 X-10 Y10 I0 J10\nCT X0 Y0\n").unwrap();
+    let program = BEGUN.run("G3 X-10 Y10 I0 J10\nCT X0 Y0\n").unwrap();
     let last = on_the_way_of_last(&program);
     let off = Vector3::new(-off, 10.0 - off, 50.0) - last;
     assert!(off.norm() < 1e-6, "{last}");
-    assert_way("G1 X10\nCT X20\n", &[('L', [10.0, 0.0, 50.0]), ('L', [20.0, 0.0, 50.0])]);
-    refused("G1 X10\nCT X5\n", "straight behind");
-    refused("CT X5 Y5\n", "behind no line");
+    BEGUN.assert_way("G1 X10\nCT X20\n", &[('L', [10.0, 0.0, 50.0]), ('L', [20.0, 0.0, 50.0])]);
+    BEGUN.refused("G1 X10\nCT X5\n", "straight behind");
+    BEGUN.refused("CT X5 Y5\n", "behind no line");
 }
 
 fn on_the_way_of_last(program: &Program) -> Vector3<f64> {
@@ -125,7 +108,7 @@ fn on_the_way_of_last(program: &Program) -> Vector3<f64> {
 
 #[test]
 fn a_line_by_its_angle() {
-    assert_way(
+    BEGUN.assert_way(
         "G1 ANG=30 X10\nANG=90 Y20\nANG=-135 Y10\n",
         &[
             // 10 / √3.
@@ -134,14 +117,14 @@ fn a_line_by_its_angle() {
             ('L', [0.0, 10.0, 50.0]),
         ],
     );
-    refused("G1 ANG=30 X-10\n", "does not lead");
-    refused("G1 ANG=90 X10\n", "does not lead");
-    refused("G1 ANG=30\nX10 Y10 ANG=60\n", "with one axis");
+    BEGUN.refused("G1 ANG=30 X-10\n", "does not lead");
+    BEGUN.refused("G1 ANG=90 X10\n", "does not lead");
+    BEGUN.refused("G1 ANG=30\nX10 Y10 ANG=60\n", "with one axis");
 }
 
 /// Where holes are drilled, in order: X and Y of the moves down to Z = -8 mm.
 fn holes(text: &str) -> Vec<[f64; 2]> {
-    let program = run(text).unwrap();
+    let program = BEGUN.run(text).unwrap();
     let ends = program.moves.iter().map(|each| end(each).1.translation.vector * 1000.0);
     ends.filter(|at| (at.z + 8.0).abs() < 1e-6).map(|at| [at.x, at.y]).collect()
 }
@@ -171,23 +154,28 @@ fn rows_and_circles_of_holes() {
     let two = [[30.0, 30.0], [30.0 - off, 20.0 + off]];
     assert_holes(&format!("{cycle}HOLES2(30,20,10,90,45,2)\n"), &two);
     // Between holes the tool stays at RTP.
-    let heights: Vec<f64> =
-        run(&row).unwrap().moves.iter().map(|each| end(each).1.translation.z * 1000.0).collect();
+    let heights: Vec<f64> = BEGUN
+        .run(&row)
+        .unwrap()
+        .moves
+        .iter()
+        .map(|each| end(each).1.translation.z * 1000.0)
+        .collect();
     let hole = [2.0, -8.0, 2.0, 20.0];
     let expected = [&[50.0, 50.0][..], &hole, &[20.0], &hole, &[20.0], &hole].concat();
     assert!(heights.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9), "{heights:?}");
     assert_eq!(heights.len(), expected.len());
-    refused("HOLES1(10,5,0,5,10)\n", "six words");
-    refused("HOLES2(10,5,5,0,0,2.5)\n", "whole number");
-    refused("HOLES2(10,5,5,0,0,2,1)\n", "behind the 6th");
-    refused("HOLES1(10,5,0,5,10,3) X5\n", "block of its own");
+    BEGUN.refused("HOLES1(10,5,0,5,10)\n", "six words");
+    BEGUN.refused("HOLES2(10,5,5,0,0,2.5)\n", "whole number");
+    BEGUN.refused("HOLES2(10,5,5,0,0,2,1)\n", "behind the 6th");
+    BEGUN.refused("HOLES1(10,5,0,5,10,3) X5\n", "block of its own");
 }
 
 #[test]
 fn a_tap_goes_in_and_out_by_its_pitch() {
     for pitch in [",1.25", "8,", "-8,-1.25"] {
         let text = format!("CYCLE84(20,0,2,-8,,0,3,{pitch},90,400,800)\nG1 X5 F100\n");
-        let program = assert_way(
+        let program = BEGUN.assert_way(
             &text,
             &[
                 ('L', [0.0, 0.0, 2.0]),
@@ -203,30 +191,33 @@ fn a_tap_goes_in_and_out_by_its_pitch() {
             assert!((feed - expected).abs() < 1e-9, "{pitch}: {feed}");
         }
         let spindle = |index: usize| program.moves[index].stated.spindle;
-        assert_eq!(spindle(2), Some(Spindle::Turns(Some(400.0))));
+        let speeds = [(1, 3000.0), (2, 400.0), (3, 800.0)];
+        for (index, rpm) in speeds {
+            assert_eq!(spindle(index), Some(Spindle::Turns(Some(rpm))), "{pitch}: {index}");
+        }
         assert_eq!(spindle(5), Some(Spindle::Turns(Some(3000.0))));
         let doubts = program.warnings.iter().filter(|note| note.code == Code::SpindleCommand);
         assert!(doubts.into_iter().any(|note| note.what.contains("tapping")), "{pitch}");
     }
-    let stopped = run("CYCLE84(20,0,2,-8,,0,5,,1,0,200)\nG0 X5\n").unwrap();
+    let stopped = BEGUN.run("CYCLE84(20,0,2,-8,,0,5,,1,0,200)\nG0 X5\n").unwrap();
     assert_eq!(stopped.moves.last().unwrap().stated.spindle, Some(Spindle::Stands));
-    refused("CYCLE84(20,0,2,-8,,0,3,,,0,200)\n", "no MPIT and no PIT");
-    refused("CYCLE84(20,0,2,-8,,0,3,8,1,0,200)\n", "different pitches");
-    refused("CYCLE84(20,0,2,-8,,0,3,7,,0,200)\n", "no pitch of its own");
-    refused("CYCLE84(20,0,2,-8,,0,3,,1)\n", "no SST");
-    refused("CYCLE84(20,0,2,-8,,0,3,,1,0,200,200,,2)\n", "another unit");
-    refused("CYCLE84(20,0,2,-8,,0,3,,1,0,200,200,,,,1)\n", "several strokes");
-    refused("MCALL CYCLE840(20,0,2,-8)\n", "CYCLE840");
+    BEGUN.refused("CYCLE84(20,0,2,-8,,0,3,,,0,200)\n", "no MPIT and no PIT");
+    BEGUN.refused("CYCLE84(20,0,2,-8,,0,3,8,1,0,200)\n", "different pitches");
+    BEGUN.refused("CYCLE84(20,0,2,-8,,0,3,7,,0,200)\n", "no pitch of its own");
+    BEGUN.refused("CYCLE84(20,0,2,-8,,0,3,,1)\n", "no SST");
+    BEGUN.refused("CYCLE84(20,0,2,-8,,0,3,,1,0,200,200,,2)\n", "another unit");
+    BEGUN.refused("CYCLE84(20,0,2,-8,,0,3,,1,0,200,200,,,,1)\n", "several strokes");
+    BEGUN.refused("MCALL CYCLE840(20,0,2,-8)\n", "CYCLE840");
 }
 
 #[test]
 fn the_retraction_plane_may_lie_below_the_clearance() {
-    assert_way(
+    BEGUN.assert_way(
         "CYCLE81(1,0,2,-8)\n",
         &[('L', [0.0, 0.0, 2.0]), ('L', [0.0, 0.0, -8.0]), ('L', [0.0, 0.0, 1.0])],
     );
     // At the feed up to the clearance, and from there back.
-    assert_way(
+    BEGUN.assert_way(
         "CYCLE85(1,0,2,-8,,0,80,200)\n",
         &[
             ('L', [0.0, 0.0, 2.0]),
@@ -239,31 +230,31 @@ fn the_retraction_plane_may_lie_below_the_clearance() {
 
 #[test]
 fn chips_are_broken_at_the_feed() {
-    let program = run("CYCLE83(20,0,2,-12,,,5,0,0,0,1,0)\n").unwrap();
+    let program = BEGUN.run("CYCLE83(20,0,2,-12,,,5,0,0,0,1,0)\n").unwrap();
     // To 2 mm, to -5 mm, 1 mm back.
     let back = &program.moves[3];
     assert!((end(back).1.translation.z * 1000.0 + 4.0).abs() < 1e-9);
     assert_eq!(back.timing, Timing::Feed);
     assert!((back.feed_m_per_s * 6e4 - 120.0).abs() < 1e-9);
-    let out = run("CYCLE83(20,0,2,-12,,,5,0,0,0,1,1)\n").unwrap();
+    let out = BEGUN.run("CYCLE83(20,0,2,-12,,,5,0,0,0,1,1)\n").unwrap();
     assert_eq!(out.moves[3].timing, Timing::Rapid);
 }
 
 #[test]
 fn what_a_block_sets_is_not_read_in_it() {
-    refused("R1=10 R2=R1*2\nG1 X=R2\n", "R1 is read in the block that sets it");
-    refused("R1=10 G1 X=R1\n", "R1 is read in the block that sets it");
-    refused("DEF INT _n\n_n=3 G1 X=_n\n", "read in the block that sets it");
+    BEGUN.refused("R1=10 R2=R1*2\nG1 X=R2\n", "R1 is read in the block that sets it");
+    BEGUN.refused("R1=10 G1 X=R1\n", "R1 is read in the block that sets it");
+    BEGUN.refused("DEF INT _n\n_n=3 G1 X=_n\n", "read in the block that sets it");
     let fifth = [('L', [5.0, 0.0, 50.0])];
-    assert_way("R1=4\nR1=R1+1\nG1 X=R1\n", &fifth);
-    assert_way("R1=5\nG1 X=R1 R1=7\n", &fifth);
-    assert_way("R1=5 R2=7\nG1 X=R1\n", &fifth);
+    BEGUN.assert_way("R1=4\nR1=R1+1\nG1 X=R1\n", &fifth);
+    BEGUN.assert_way("R1=5\nG1 X=R1 R1=7\n", &fifth);
+    BEGUN.assert_way("R1=5 R2=7\nG1 X=R1\n", &fifth);
 }
 
 #[test]
 fn moves_without_the_tools_length_are_a_doubt() {
     let doubts = |text: &str| {
-        let program = run(text).unwrap();
+        let program = BEGUN.run(text).unwrap();
         let told = program.warnings.into_iter().filter(|note| note.what.contains("under D0"));
         told.map(|note| (note.code, note.place.line)).collect::<Vec<_>>()
     };
@@ -295,7 +286,7 @@ fn programs_with_patterns_are_rewritten() {
 
 #[test]
 fn a_feed_of_one_block() {
-    let program = run("G1 X5 FB=600\nX10\nCIP X20 Y0 I1=15 J1=5 FB=300\n").unwrap();
+    let program = BEGUN.run("G1 X5 FB=600\nX10\nCIP X20 Y0 I1=15 J1=5 FB=300\n").unwrap();
     let feeds: Vec<f64> =
         program.moves[1..].iter().map(|each| (each.feed_m_per_s * 6e4).round()).collect();
     assert_eq!(feeds, [600.0, 120.0, 300.0]);

@@ -83,3 +83,31 @@ pub(super) fn assert_ends(program: &Program, expected: &[(char, [f64; 3])]) {
         assert!(off.norm() < CLOSE_M, "found {pose}, expected {at_mm:?} mm");
     }
 }
+
+/// What stands before the blocks of a test, and where it leaves the tool, mm.
+pub(super) struct Begun {
+    pub(super) head: &'static str,
+    pub(super) at_mm: [f64; 3],
+    pub(super) dialect: Dialect,
+}
+
+impl Begun {
+    pub(super) fn run(&self, text: &str) -> Result<Program, Vec<Note>> {
+        read(format!("{}{text}M30\n", self.head).as_bytes(), self.dialect, &settings())
+    }
+
+    #[track_caller]
+    pub(super) fn refused(&self, text: &str, said: &str) {
+        let found = self.run(text).expect_err(text);
+        assert!(found[0].what.contains(said), "{text}: {found:?}");
+        assert!(at(&found[0]) > self.head.lines().count(), "{found:?}");
+    }
+
+    /// The ends of all moves behind the first.
+    #[track_caller]
+    pub(super) fn assert_way(&self, text: &str, expected: &[(char, [f64; 3])]) -> Program {
+        let program = self.run(text).unwrap();
+        assert_ends(&program, &[&[('L', self.at_mm)], expected].concat());
+        program
+    }
+}

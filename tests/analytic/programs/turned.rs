@@ -1,30 +1,14 @@
 //! G-code whose coordinates are turned (G68) or polar (G16), subprograms by a block number (M97),
 //! comments in comments, EXISTS; changes of tool under a turning spindle.
 
-use detune::notes::{Code, Note};
+use detune::notes::Code;
 use detune::program::{Dialect, NewSpeed, Program, Rewrite, read, rewrite};
 
-use super::support::{assert_ends, end, settings};
+use super::support::{Begun, assert_ends, end, settings};
 
 const HEAD: &str = "G21 G17 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\nF100\n";
 
-fn run(text: &str) -> Result<Program, Vec<Note>> {
-    read(format!("{HEAD}{text}M30\n").as_bytes(), Dialect::GCode, &settings())
-}
-
-#[track_caller]
-fn refused(text: &str, said: &str) {
-    let found = run(text).expect_err(text);
-    assert!(found[0].what.contains(said), "{text}: {found:?}");
-    assert!(found[0].place.line.is_some_and(|line| line > 5), "{found:?}");
-}
-
-#[track_caller]
-fn assert_way(text: &str, expected: &[(char, [f64; 3])]) -> Program {
-    let program = run(text).unwrap();
-    assert_ends(&program, &[&[('L', [0.0, 0.0, 5.0])], expected].concat());
-    program
-}
+const BEGUN: Begun = Begun { head: HEAD, at_mm: [0.0, 0.0, 5.0], dialect: Dialect::GCode };
 
 fn told(program: &Program, said: &str) -> Vec<Code> {
     let notes = program.warnings.iter().filter(|note| note.what.contains(said));
@@ -35,7 +19,7 @@ fn told(program: &Program, said: &str) -> Vec<Code> {
 fn g68_turns_what_follows_about_its_centre() {
     // A right angle about (10, 0): (20, 0) comes to (10, 10), and the arc about (10, 0) goes on
     // from there to (0, 0); then X alone, of a place that is (10, 10) to the program.
-    let program = assert_way(
+    let program = BEGUN.assert_way(
         "G68 X10 Y0 R90\nG1 X20 Y0\nG3 X10 Y10 I-10 J0\nG1 X20\nG69\nX5\n",
         &[
             ('L', [10.0, 10.0, 5.0]),
@@ -50,12 +34,12 @@ fn g68_turns_what_follows_about_its_centre() {
     let at = via.translation.vector * 1000.0;
     assert!((at.x - (10.0 - off)).abs() < 1e-6 && (at.y - off).abs() < 1e-6, "{at}");
     // About where the tool is, clockwise.
-    assert_way(
+    BEGUN.assert_way(
         "G1 X10\nG68 R-90\nG1 X20 Y0\nG69\n",
         &[('L', [10.0, 0.0, 5.0]), ('L', [10.0, -10.0, 5.0])],
     );
     // A hole at (20, 0), drilled at (10, 10), and the next in line.
-    let holes = run("G68 X10 Y0 R90\nG81 X20 Y0 Z-5 R2\nX30\nG80\nG69\n").unwrap();
+    let holes = BEGUN.run("G68 X10 Y0 R90\nG81 X20 Y0 Z-5 R2\nX30\nG80\nG69\n").unwrap();
     let bottoms: Vec<[f64; 2]> = holes
         .moves
         .iter()
@@ -64,35 +48,35 @@ fn g68_turns_what_follows_about_its_centre() {
         .map(|at| [at.x.round(), at.y.round()])
         .collect();
     assert_eq!(bottoms, [[10.0, 10.0], [10.0, 20.0]]);
-    refused("G68 X0 Y0\n", "without R");
-    refused("G68 R30\nG52 X5\n", "under G68");
-    refused("G68 R30\nG18\n", "another plane under G68");
-    refused("G68 R30\nG55\n", "another work offset under G68");
-    refused("G68 R30\nG91 G1 X5\n", "G91 under G68");
-    refused("G68 R30\nG28 X0 Y0\n", "under G68");
-    refused("G68 X0 Y0 Z0 I1 J0 K0 R30\n", "in the plane alone");
+    BEGUN.refused("G68 X0 Y0\n", "without R");
+    BEGUN.refused("G68 R30\nG52 X5\n", "under G68");
+    BEGUN.refused("G68 R30\nG18\n", "another plane under G68");
+    BEGUN.refused("G68 R30\nG55\n", "another work offset under G68");
+    BEGUN.refused("G68 R30\nG91 G1 X5\n", "G91 under G68");
+    BEGUN.refused("G68 R30\nG28 X0 Y0\n", "under G68");
+    BEGUN.refused("G68 X0 Y0 Z0 I1 J0 K0 R30\n", "in the plane alone");
 }
 
 #[test]
 fn g16_reads_radius_and_angle() {
     let root = 75.0_f64.sqrt();
-    let program = assert_way(
+    let program = BEGUN.assert_way(
         "G16\nG1 X10 Y30\nY90\nG15\nX0 Y0\n",
         &[('L', [root, 5.0, 5.0]), ('L', [0.0, 10.0, 5.0]), ('L', [0.0, 0.0, 5.0])],
     );
     assert_eq!(told(&program, "G16"), []);
     // Mach3 counts from where the tool is.
-    let elsewhere = run("G1 X5\nG16\nX10 Y90\nG15\n").unwrap();
+    let elsewhere = BEGUN.run("G1 X5\nG16\nX10 Y90\nG15\n").unwrap();
     assert_eq!(told(&elsewhere, "Mach3"), [Code::ChangeIgnored]);
-    let holes = run("G16\nG81 X40 Y0 Z-10 R2\nY60\nG15 G80\n").unwrap();
+    let holes = BEGUN.run("G16\nG81 X40 Y0 Z-10 R2\nY60\nG15 G80\n").unwrap();
     let down = holes.moves.iter().map(|each| end(each).1.translation.vector * 1000.0);
     let down: Vec<_> = down.filter(|at| at.z < -9.0).collect();
     let second = nalgebra::Vector3::new(20.0, 1200.0_f64.sqrt(), -10.0);
     assert!(down.len() == 2 && (down[1] - second).norm() < 1e-6, "{down:?}");
-    refused("G16\nG1 X10\n", "without a radius");
-    refused("G16\nG91 G1 X10 Y30\n", "relative polar");
-    refused("G16\nG2 X10 Y30 I5\n", "centre under G16");
-    refused("G16\nG92 X0\n", "under G16");
+    BEGUN.refused("G16\nG1 X10\n", "without a radius");
+    BEGUN.refused("G16\nG91 G1 X10 Y30\n", "relative polar");
+    BEGUN.refused("G16\nG2 X10 Y30 I5\n", "centre under G16");
+    BEGUN.refused("G16\nG92 X0\n", "under G16");
 }
 
 #[test]
@@ -102,31 +86,31 @@ fn m97_runs_from_a_block_number_to_m99() {
     let expected = [0.0, 1.0, 2.0, 12.0].map(|x| ('L', [x, 0.0, 5.0]));
     assert_ends(&program, &expected);
     assert!(program.warnings.iter().all(|note| note.code != Code::MotionLeftOut));
-    refused("M97 P7\n", "no N7");
-    refused("M97\n", "M97 without P");
+    BEGUN.refused("M97 P7\n", "no N7");
+    BEGUN.refused("M97\n", "M97 without P");
 }
 
 #[test]
 fn comments_in_comments_end_where_every_controller_ends_them() {
     let second = [('L', [1.0, 0.0, 5.0])];
-    assert_way("( Drilling at (1, 2) )\nG1 X1\n", &second);
-    assert_way("(a (b (c) ) ) G1 X1 (end)\n", &second);
-    refused("(a (b) X5)\nG1 X1\n", "a comment in a comment");
-    refused("(a (b)\nG1 X1\n", "a comment in a comment");
+    BEGUN.assert_way("( Drilling at (1, 2) )\nG1 X1\n", &second);
+    BEGUN.assert_way("(a (b (c) ) ) G1 X1 (end)\n", &second);
+    BEGUN.refused("(a (b) X5)\nG1 X1\n", "a comment in a comment");
+    BEGUN.refused("(a (b)\nG1 X1\n", "a comment in a comment");
 }
 
 #[test]
 fn exists_tells_what_is_set() {
     let fifth = [('L', [5.0, 0.0, 5.0])];
-    assert_way("#<a>=0\n#1=[EXISTS[#<a>]*5]\nG1 X#1\n", &fifth);
-    assert_way("#1=[5-EXISTS[#<b>]]\nG1 X#1\n", &fifth);
-    refused("#1=EXISTS[#<_vmajor>]\nG1 X1\n", "one of the controller's");
+    BEGUN.assert_way("#<a>=0\n#1=[EXISTS[#<a>]*5]\nG1 X#1\n", &fifth);
+    BEGUN.assert_way("#1=[5-EXISTS[#<b>]]\nG1 X#1\n", &fifth);
+    BEGUN.refused("#1=EXISTS[#<_vmajor>]\nG1 X1\n", "one of the controller's");
 }
 
 #[test]
 fn a_spindle_that_turned_before_the_change_of_tool_is_a_doubt() {
     let lines = |text: &str| {
-        let program = run(text).unwrap();
+        let program = BEGUN.run(text).unwrap();
         let notes = program.warnings.into_iter();
         let notes = notes.filter(|note| note.what.contains("before the change of tool"));
         notes.map(|note| (note.code, note.place.line)).collect::<Vec<_>>()

@@ -1,0 +1,104 @@
+"""The languages of robots: RAPID, KRL, TP."""
+
+from lists import OBJECT, RAPID, Air, flat, middle, n
+
+
+def told(truth, speed, dwell, line, arc):
+    """The statements of a robot program, by what writes each kind; an arc comes in pieces."""
+    out, at = [], None
+    for item in flat(truth):
+        if item[0] == "speed":
+            out.append(speed(item[1]))
+        elif item[0] == "dwell":
+            out.append(dwell(item[1]))
+        elif item[0] == "line":
+            out.append(line(item[1], item[2]))
+            at = item[1]
+        else:
+            out += [arc(via, end, item[-1]) for via, end in middle(at, item)]
+            at = item[-2]
+    return out
+
+
+def rapid(truth, rng, rewritten=False):
+    target = lambda p: f"[[{','.join(n(x) for x in p)}],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+
+    def speed(feed):
+        if feed is None or isinstance(feed, Air):
+            return "v500" if feed in (None, 60 * RAPID) else f"v500\\V:={n(feed / 60)}"
+        return f"[{n(feed / 60)},500,5000,1000]"
+
+    rest = "fine,tSpindle\\WObj:=wPart;"
+    out = told(
+        truth,
+        lambda rpm: f"SetAO aoSpindle, {n(rpm)};",
+        lambda seconds: f"WaitTime {seconds};",
+        lambda end, feed: f"MoveL {target(end)},{speed(feed)},{rest}",
+        lambda via, end, feed: f"MoveC {target(via)},{target(end)},{speed(feed)},{rest}",
+    )
+    object_at = ",".join(n(1000 * x) for x in OBJECT)
+    head = (
+        "MODULE random\nPERS tooldata tSpindle:=[TRUE,[[0,0,150],[1,0,0,0]],[0.001,[0,0,0.001],[1,0,0,0],0,0,0]];\n"
+        f'PERS wobjdata wPart:=[FALSE,TRUE,"",[[{object_at}],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\nPROC main()\n'
+        "ConfL\\Off;\nConfJ\\Off;\n"
+    )
+    return head + "\n".join(out) + "\nENDPROC\nENDMODULE\n", "mod"
+
+
+def krl(truth, rng, rewritten=False):
+    object_at = ",".join(f"{axis} {n(1000 * x)}" for axis, x in zip("XYZ", OBJECT))
+    head = ["&ACCESS RVP", "DEF random()", "$TOOL={X 0,Y 0,Z 150,A 0,B 0,C 0}", f"$BASE={{FRAME: {object_at},A 0,B 0,C 0}}"]
+    held, begun = [None], [False]
+
+    def parts(p, full):
+        return ",".join(f"{axis} {n(x)}" for axis, x in zip("XYZ", p)) + (",A 0,B 0,C 180" if full else "")
+
+    def motion(write, feed):
+        own = RAPID * 60 if feed is None else feed
+        first = [] if own == held[0] else [f"$VEL.CP={own / 60000:.12f}"]
+        full = not begun[0] or rng.random() < 0.5
+        held[0], begun[0] = own, True
+        return "\n".join(first + [write(full)])
+
+    def spindle(rpm):
+        held[0] = None
+        return f"SPINDLE({n(rpm)})"
+
+    out = told(
+        truth,
+        spindle,
+        lambda seconds: f"WAIT SEC {seconds}",
+        lambda end, feed: motion(
+            lambda full: f"LIN {{{parts(end, full)}}}" + rng.choice(["", " C_DIS", " ; {X 1}"]), feed
+        ),
+        lambda via, end, feed: motion(lambda full: f"CIRC {{{parts(via, full)}}},{{{parts(end, full)}}}", feed),
+    )
+    return "\n".join(head + out + ["END", ""]), "src"
+
+
+def fanuc(truth, rng, rewritten=False):
+    points = []
+
+    def point(p):
+        points.append(p)
+        return f"P[{len(points)}]"
+
+    def speed(feed):
+        if feed is None or isinstance(feed, Air):
+            return f"{n((feed or 60 * RAPID) / 60)}mm/sec"
+        return f"{n(feed / 10)}cm/min" if rng.random() < 0.5 else f"{n(feed / 60)}mm/sec"
+
+    lines = ["UFRAME_NUM=1 ;", "UTOOL_NUM=1 ;"] + told(
+        truth,
+        lambda rpm: f"!SPINDLE {n(rpm)} ;",
+        lambda seconds: f"WAIT   {seconds}(sec) ;",
+        lambda end, feed: f"L {point(end)} {speed(feed)} FINE ;",
+        lambda via, end, feed: f"C {point(via)}\n    :  {point(end)} {speed(feed)} CNT50 ;",
+    )
+    out = ["/PROG RANDOM", "/ATTR", "OWNER = MNEDITOR;", "/MN"]
+    out += [f"{i + 1:4}:{line}" for i, line in enumerate(lines)] + ["/POS"]
+    for i, (x, y, z) in enumerate(points):
+        brace = rng.choice(["{", " {"])
+        out.append(f"P[{i + 1}]{brace}\n   GP1:\n\tUF : 1, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',")
+        out.append(f"\tX = {n(x)} mm,\tY = {n(y)} mm,\tZ = {n(z)} mm,\n\tW = 180 deg,\tP = 0 deg,\tR = 0 deg\n}};")
+    return "\n".join(out + ["/END", ""]), "ls"
