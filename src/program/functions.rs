@@ -1,4 +1,4 @@
-//! Functions that formulas of milling controls share, angles in degrees.
+//! Functions that formulas of milling controls and RAPID share, angles in degrees.
 
 use crate::units::{deg_from_rad, rad_from_deg};
 

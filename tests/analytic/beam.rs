@@ -11,43 +11,62 @@ use nalgebra::{Matrix3, Point3, Vector3};
 const STIFFNESS: f64 = 4e5;
 const LINK_KG: f64 = 40.0;
 
-/// An arm of which the first link alone gives, about z, with a point mass on its end.
-fn cantilever(end_kg: f64, parameters: &[(&str, f64)]) -> Robot {
-    let rod = LINK_KG * L1 * L1 / 12.0;
-    let inertia = |about: Vector3<f64>| Matrix3::from_diagonal(&about);
-    let mut description =
-        Description { elastic_joints: Vec::new(), tip: Some("two".to_owned()), ..two_link() };
-    description.links[1].inertial = Some(Inertial {
-        mass_kg: LINK_KG,
-        com_m: Vector3::new(0.5 * L1, 0.0, 0.0),
-        inertia_kgm2: inertia(Vector3::new(1e-6 * rod, rod, rod)),
-    });
-    description.links[2].inertial = Some(Inertial {
-        mass_kg: end_kg,
-        com_m: Vector3::zeros(),
-        inertia_kgm2: inertia(Vector3::repeat(1e-9)),
-    });
-    description.corrections = vec![Correction {
-        cause: Cause::LinkFlexibility,
-        at: Some("one".to_owned()),
-        parameters: [&[("stiffness_nm_per_rad", STIFFNESS)], parameters]
-            .concat()
-            .iter()
-            .map(|(name, value)| ((*name).to_owned(), *value))
-            .collect(),
-        hinge: Some(Hinge {
-            kind: CoordinateKind::Rotation,
+/// An arm of which the first link alone gives, with a mass on its end.
+struct Bent {
+    link_kg: f64,
+    end_kg: f64,
+    end_kgm2: f64,
+    axes: Vec<Vector3<f64>>,
+    carries: Carries,
+}
+
+impl Default for Bent {
+    fn default() -> Self {
+        Self {
+            link_kg: LINK_KG,
+            end_kg: 1.0,
+            end_kgm2: 1e-9,
             axes: vec![Vector3::z()],
-            origin_m: Vector3::zeros(),
             carries: Carries::Part,
-        }),
-    }];
-    Robot::new(&description).unwrap()
+        }
+    }
+}
+
+impl Bent {
+    fn with(self, parameters: &[(&str, f64)]) -> Robot {
+        let mut description =
+            Description { elastic_joints: Vec::new(), tip: Some("two".to_owned()), ..two_link() };
+        let rod = self.link_kg * L1 * L1 / 12.0;
+        let about = Vector3::new(0.02 * rod, rod, rod);
+        description.links[1].inertial = (self.link_kg > 0.0).then(|| Inertial {
+            mass_kg: self.link_kg,
+            com_m: Vector3::new(0.5 * L1, 0.0, 0.0),
+            inertia_kgm2: Matrix3::from_diagonal(&about),
+        });
+        description.links[2].inertial = Some(Inertial {
+            mass_kg: self.end_kg,
+            com_m: Vector3::zeros(),
+            inertia_kgm2: Matrix3::from_diagonal_element(self.end_kgm2),
+        });
+        let all = [&[("stiffness_nm_per_rad", STIFFNESS)], parameters].concat();
+        description.corrections = vec![Correction {
+            cause: Cause::LinkFlexibility,
+            at: Some("one".to_owned()),
+            parameters: all.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+            hinge: Some(Hinge {
+                kind: CoordinateKind::Rotation,
+                axes: self.axes,
+                origin_m: Vector3::zeros(),
+                carries: self.carries,
+            }),
+        }];
+        Robot::new(&description).unwrap()
+    }
 }
 
 /// Of the end of the link, across it: under a force and under a moment there, m/N and 1/N.
 fn compliances(parameters: &[(&str, f64)]) -> [f64; 2] {
-    let robot = cantilever(1.0, parameters);
+    let robot = Bent::default().with(parameters);
     let mut placement = Placement::new(&robot);
     placement.place(&robot, &[0.0, 0.0]);
     let found = Statics::of(&robot, &placement, &Point3::origin()).unwrap();
@@ -102,11 +121,39 @@ fn a_bent_link_with_its_own_mass_rings_as_a_beam() {
         }
         let expected = low * low / std::f64::consts::TAU * (STIFFNESS / (LINK_KG * L1 * L1)).sqrt();
         let hz = |parameters: &[(&str, f64)]| {
-            let robot = cantilever(end_kg, parameters);
+            let robot = Bent { end_kg, ..Bent::default() }.with(parameters);
             ModalSolver::new(&robot).frequencies_hz(&[0.0, 0.0]).unwrap()[0]
         };
         let found = hz(&[("length", 1.0)]);
         println!("{end_kg}: {} {}", found / expected, hz(&[("position", 0.5)]) / expected);
         assert!((found / expected - 1.0).abs() < 0.01, "{end_kg} kg: {found} {expected}");
+    }
+}
+
+/// Turned about itself, a link is as soft as its spring says, wherever its mass is; and every mode is one.
+#[test]
+fn a_link_that_bends_and_turns_about_itself_has_modes_whatever_moves_of_it() {
+    for carries in [Carries::Link, Carries::Part, Carries::Rest] {
+        for has_mass in [true, false] {
+            let link_kg = if has_mass { LINK_KG } else { 0.0 };
+            let axes = vec![Vector3::y(), Vector3::z(), Vector3::x()];
+            let robot = Bent { link_kg, end_kg: 30.0, end_kgm2: 0.5, axes, carries };
+            let robot = robot.with(&[("length", 1.0), ("ratio_3", 2.0)]);
+            let mut placement = Placement::new(&robot);
+            placement.place(&robot, &[0.0, 0.0]);
+            let what = format!("{carries:?} {has_mass}");
+            let hz = ModalSolver::new(&robot).frequencies_hz(&[0.0, 0.0]).map(<[f64]>::to_vec);
+            let hz = hz.unwrap_or_else(|fault| panic!("{what}: {fault}"));
+            assert!(
+                hz.len() >= 5 && hz.iter().all(|hz| hz.is_finite() && *hz > 1.0),
+                "{what}: {hz:?}"
+            );
+            // A force a metre beside the axis turns the end about it.
+            let beside = Point3::new(0.0, 1.0, 0.0);
+            let at =
+                |point| Statics::of(&robot, &placement, &point).unwrap().compliance_m_per_n[(2, 2)];
+            let turns = at(beside) - at(Point3::origin());
+            assert!((turns * 2.0 * STIFFNESS - 1.0).abs() < 1e-9, "{what}: {turns}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! A link itself bends over its length: about one axis across it, about both, or about both and
-//! along it. The end of the link carries the whole link and what follows, or only
-//! what follows (where the link's mass sits, near its end or its start), or the link's body is
-//! parted where it bends.
+//! along it; or at one place about one axis. The end of the link carries the whole link and what
+//! follows, or only what follows (where the link's mass sits, near its end or its start), or the
+//! link's body is parted where it bends.
 
 use nalgebra::Vector3;
 
@@ -54,21 +54,26 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
         let unlike = |name| ratio(name, UNLIKE);
         let of_both = vec![spring(), unlike("ratio_2"), position()];
         let of_all = [&of_both[..], &[unlike("ratio_3")]].concat();
+        let of_one = || vec![spring(), position()];
+        let beam = || vec![("length", 1.0)];
+        let hinge = Vec::new;
         let forms = [
-            (vec![one], vec![spring(), position()]),
-            (vec![other], vec![spring(), position()]),
-            (vec![one, other], of_both),
-            (vec![one, other, along], of_all),
+            (vec![one], of_one(), beam()),
+            (vec![other], of_one(), beam()),
+            (vec![one], of_one(), hinge()),
+            (vec![other], of_one(), hinge()),
+            (vec![one, other], of_both, beam()),
+            (vec![one, other, along], of_all, beam()),
         ];
-        for (axes, parameters) in forms {
+        for (axes, parameters, fixed) in forms {
             for carries in [Carries::Link, Carries::Part, Carries::Rest] {
                 if carries == Carries::Rest && (!body.carries_joint || axes.len() > 1) {
                     continue;
                 }
                 let mut candidate =
                     Candidate::new(Cause::LinkFlexibility, &body.name, parameters.clone());
-                candidate.fixed = vec![("length", 1.0)];
                 candidate.is_refinement = axes.len() > 1;
+                candidate.fixed.clone_from(&fixed);
                 candidate.hinge = Some(Hinge {
                     kind: CoordinateKind::Rotation,
                     axes: axes.clone(),

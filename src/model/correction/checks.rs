@@ -50,6 +50,7 @@ impl Check<'_> {
                 names.iter().filter(scales).for_each(|name| self.positive(name));
                 self.share("position");
                 self.share("length");
+                self.positive("length");
             }
             Cause::LocalMode => {
                 ["frequency_hz", "mass_kg"].into_iter().for_each(|name| self.positive(name));

@@ -23,13 +23,26 @@ impl Hinge {
         positions: &[f64],
     ) {
         let reach_m = description.reach_of(at);
-        let stiffnesses: Vec<f64> =
-            stiffnesses.iter().map(|own| own * positions.len() as f64).collect();
+        let link = description.links.iter().find(|link| link.name == at);
+        let body = link.and_then(|link| link.inertial).filter(|_| self.carries == Carries::Part);
+        let lies_between = body.is_some_and(|own| reach_m.dot(&(own.inertia_kgm2 * reach_m)) > 0.0);
+        // About the line on which they lie, hinges with no body between them are one motion.
+        let hinges = |axis: &Vector3<f64>| {
+            let is_along = axis.cross(&reach_m).norm() <= 1e-9 * reach_m.norm();
+            if is_along && !lies_between { 1 } else { positions.len() }
+        };
+        let spring = |n: usize| stiffnesses.get(n).or(stiffnesses.last()).copied().unwrap_or(0.0);
         // Of the link's own body there is left what is before the last hinge.
         let mut end = 1.0;
         for (i, &position) in positions.iter().enumerate().rev() {
-            let hinge = Self { origin_m: self.origin_m + reach_m * position, ..self.clone() };
-            let outer = if i == 0 { "" } else { ", outer" };
+            let own: Vec<_> = self.axes.iter().enumerate().filter(|(_, a)| i < hinges(a)).collect();
+            let hinge = Self {
+                axes: own.iter().map(|(_, axis)| **axis).collect(),
+                origin_m: self.origin_m + reach_m * position,
+                ..self.clone()
+            };
+            let springs: Vec<f64> =
+                own.iter().map(|(n, axis)| spring(*n) * hinges(axis) as f64).collect();
             let moved = match self.carries {
                 Carries::Link => at.to_owned(),
                 Carries::Part => {
@@ -39,7 +52,8 @@ impl Hinge {
                 }
                 Carries::Rest => beyond(description, at, i, None),
             };
-            hinge.give(description, &moved, &format!("{name}{outer}"), &stiffnesses);
+            let outer = if i == 0 { "" } else { ", outer" };
+            hinge.give(description, &moved, &format!("{name}{outer}"), &springs);
             end = position;
         }
     }

@@ -60,6 +60,8 @@ pub(super) struct Descent<'a> {
     robot: &'a Robot,
     scale: &'a Scale,
     placement: Placement,
+    /// Where the robot is placed.
+    placed: Vec<f64>,
     jacobian: Matrix6xX<f64>,
     trial: Vec<f64>,
     step: Vec<f64>,
@@ -68,10 +70,13 @@ pub(super) struct Descent<'a> {
 impl<'a> Descent<'a> {
     pub(super) fn new(robot: &'a Robot, scale: &'a Scale) -> Self {
         let n = robot.joints().len();
+        let (mut placement, placed) = (Placement::new(robot), vec![0.0; n]);
+        placement.place_joints(robot, &placed);
         Self {
             robot,
             scale,
-            placement: Placement::new(robot),
+            placement,
+            placed,
             jacobian: Matrix6xX::zeros(n),
             trial: vec![0.0; n],
             step: vec![0.0; n],
@@ -127,15 +132,24 @@ impl<'a> Descent<'a> {
         self.residual(&error)
     }
 
+    /// A path asks for a pose again and again: where it ends, where it goes on, and beside
+    /// singularities.
+    fn place(&mut self, q: &[f64]) {
+        if self.placed != q {
+            self.placement.place_joints(self.robot, q);
+            self.placed.copy_from_slice(q);
+        }
+    }
+
     /// Pose of the tip at `q`.
     pub(super) fn tip(&mut self, q: &[f64]) -> Isometry3<f64> {
-        self.placement.place_joints(self.robot, q);
+        self.place(q);
         forward_kinematics(self.robot, &self.placement)
     }
 
     /// Scaled J at `q`.
     pub(super) fn jacobian_at(&mut self, q: &[f64]) -> &Matrix6xX<f64> {
-        self.placement.place_joints(self.robot, q);
+        self.place(q);
         self.linearise(&[]);
         &self.jacobian
     }

@@ -4,6 +4,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::value::{Value, from_orientation, from_pose, orientation, pose, position};
+use crate::program::functions::function;
 use crate::units::{deg_from_rad, m_from_mm, rad_from_deg};
 
 /// Arguments of a call: those without backslash, and those with, by name in lower case.
@@ -89,19 +90,12 @@ pub(super) fn call(key: &str, given: &Given) -> Option<Result<Value, String>> {
 }
 
 fn numeric(key: &str) -> Option<fn(f64) -> f64> {
-    let function: fn(f64) -> f64 = match key {
-        "abs" => f64::abs,
-        "sqrt" => f64::sqrt,
-        "exp" => f64::exp,
-        "sin" => |deg| rad_from_deg(deg).sin(),
-        "cos" => |deg| rad_from_deg(deg).cos(),
-        "tan" => |deg| rad_from_deg(deg).tan(),
-        "asin" => |x| deg_from_rad(x.asin()),
-        "acos" => |x| deg_from_rad(x.acos()),
-        "atan" => |x| deg_from_rad(x.atan()),
-        _ => return None,
-    };
-    Some(function)
+    match key {
+        "atan" => Some(|x| deg_from_rad(x.atan())),
+        // RAPID has no natural logarithm.
+        "ln" => None,
+        _ => function(&key.to_ascii_uppercase()),
+    }
 }
 
 /// Numbers that are not finite never get further than the line that makes them.
