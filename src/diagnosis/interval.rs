@@ -200,9 +200,10 @@ fn share_in(
 ) -> Option<Share> {
     let mut at = 0;
     for (candidate, inner) in &fit.hypothesis.effects {
-        // A refinement means something else by the same name.
-        let is_alike =
-            candidate.hinge == cause.hinge && candidate.is_refinement == cause.is_refinement;
+        // A refinement means something else by the same name, and so does a beam beside a hinge.
+        let is_alike = candidate.hinge == cause.hinge
+            && candidate.is_refinement == cause.is_refinement
+            && (cause.hinge.is_none() || candidate.fixed == cause.fixed);
         if candidate.same_place(cause) && is_alike {
             return match candidate.parameters.iter().position(|p| p.name == parameter.name) {
                 Some(k) => Some(Share { weight, mean: inner[k], deviation: deviations[at + k] }),
