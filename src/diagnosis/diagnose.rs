@@ -34,6 +34,7 @@ use crate::identify::ModeTable;
 use crate::model::{Cause, Description, Robot};
 use crate::notes::{Code, Note, Place};
 use crate::progress::{Done, Progress};
+use crate::statistics::rank_with_order;
 use crate::uncertainty;
 use crate::units::percent_from_ratio;
 
@@ -334,22 +335,33 @@ fn few_states(data: &Data) -> Option<Note> {
     (count < MIN_STATES).then(|| Note::warning(Code::TooLittleData, Place::default(), what))
 }
 
-/// A drift that goes with the temperature, whichever of both it is: no file says then that other
-/// temperatures are not checked.
+/// A drift that goes with the temperature, or a temperature that rises or falls with the rows as a
+/// drift would, whichever of both it is.
 fn drifts_as_temperature(data: &Data, chosen: &Fit<'_>) -> Option<Note> {
     const ALIKE: f64 = 0.7;
+    const IN_ORDER: f64 = 0.9;
     let mut effects = chosen.hypothesis.effects.iter();
     let has_law = effects.any(|(candidate, _)| candidate.cause == Cause::TemperatureDrift);
-    let correlation = drift_with_temperature(data, chosen).filter(|_| !has_law)?;
-    (correlation.abs() >= ALIKE).then(|| {
-        let what = format!(
+    let what = if has_law {
+        let rows: Option<Vec<f64>> =
+            data.rows.iter().map(|row| row.conditions.temperature_c).collect();
+        let in_order = rows.map(|rows| rank_with_order(&rows)).filter(|r| r.abs() >= IN_ORDER)?;
+        format!(
+            "the temperature follows the order of the rows (rank correlation {in_order:.2}): a \
+             drift of instrument or clamping looks like a law of temperature here"
+        )
+    } else {
+        let found = drift_with_temperature(data, chosen).filter(|found| found.abs() >= ALIKE)?;
+        format!(
             "the frequencies drift over the rows, and the temperature with them (correlation \
-             {correlation:.2}): the table does not tell a drift from a law of temperature, and the \
-             calibration has none, so frequencies at other temperatures are not checked; measure \
-             one pose cold and warm, in an order that does not follow the hours"
-        );
-        Note::warning(Code::Calibration, Place::default(), what)
-    })
+             {found:.2}): the table does not tell a drift from a law of temperature, and the \
+             calibration has none, so frequencies at other temperatures are not checked"
+        )
+    };
+    let what = format!(
+        "{what}; measure one pose cold and warm, in an order that does not follow the hours"
+    );
+    Some(Note::warning(Code::Calibration, Place::default(), what))
 }
 
 /// The deviations that the file states explain the table as well as the causes do.

@@ -2,10 +2,12 @@
 
 use crate::planar_arm::{L1, two_link};
 use detune::model::{
-    Carries, Cause, CoordinateKind, Correction, Description, Hinge, Inertial, Placement, Robot,
+    Carries, Cause, CoordinateKind, Correction, Description, Hinge, Inertial, Joint, Link,
+    Placement, Robot,
 };
 use detune::modes::{ModalSolver, Statics};
-use nalgebra::{Matrix3, Point3, Vector3};
+use detune::notes::Note;
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 /// Of the whole link, N·m/rad: EI over its length.
 const STIFFNESS: f64 = 4e5;
@@ -18,6 +20,8 @@ struct Bent {
     end_kgm2: f64,
     axes: Vec<Vector3<f64>>,
     carries: Carries,
+    /// Inertia about itself over that across it.
+    slender: f64,
 }
 
 impl Default for Bent {
@@ -28,16 +32,21 @@ impl Default for Bent {
             end_kgm2: 1e-9,
             axes: vec![Vector3::z()],
             carries: Carries::Part,
+            slender: 0.02,
         }
     }
 }
 
 impl Bent {
-    fn with(self, parameters: &[(&str, f64)]) -> Robot {
+    fn with(self, parameters: &[(&str, f64)]) -> Result<Robot, Vec<Note>> {
+        Robot::new(&self.description(parameters))
+    }
+
+    fn description(self, parameters: &[(&str, f64)]) -> Description {
         let mut description =
             Description { elastic_joints: Vec::new(), tip: Some("two".to_owned()), ..two_link() };
         let rod = self.link_kg * L1 * L1 / 12.0;
-        let about = Vector3::new(0.02 * rod, rod, rod);
+        let about = Vector3::new(self.slender * rod, rod, rod);
         description.links[1].inertial = (self.link_kg > 0.0).then(|| Inertial {
             mass_kg: self.link_kg,
             com_m: Vector3::new(0.5 * L1, 0.0, 0.0),
@@ -60,13 +69,13 @@ impl Bent {
                 carries: self.carries,
             }),
         }];
-        Robot::new(&description).unwrap()
+        description
     }
 }
 
 /// Of the end of the link, across it: under a force and under a moment there, m/N and 1/N.
 fn compliances(parameters: &[(&str, f64)]) -> [f64; 2] {
-    let robot = Bent::default().with(parameters);
+    let robot = Bent::default().with(parameters).unwrap();
     let mut placement = Placement::new(&robot);
     placement.place(&robot, &[0.0, 0.0]);
     let found = Statics::of(&robot, &placement, &Point3::origin()).unwrap();
@@ -121,7 +130,7 @@ fn a_bent_link_with_its_own_mass_rings_as_a_beam() {
         }
         let expected = low * low / std::f64::consts::TAU * (STIFFNESS / (LINK_KG * L1 * L1)).sqrt();
         let hz = |parameters: &[(&str, f64)]| {
-            let robot = Bent { end_kg, ..Bent::default() }.with(parameters);
+            let robot = Bent { end_kg, ..Bent::default() }.with(parameters).unwrap();
             ModalSolver::new(&robot).frequencies_hz(&[0.0, 0.0]).unwrap()[0]
         };
         let found = hz(&[("length", 1.0)]);
@@ -130,30 +139,88 @@ fn a_bent_link_with_its_own_mass_rings_as_a_beam() {
     }
 }
 
-/// Turned about itself, a link is as soft as its spring says, wherever its mass is; and every mode is one.
+/// Turned about itself, a link is as soft as its spring says, whether it has inertia about itself or not.
 #[test]
-fn a_link_that_bends_and_turns_about_itself_has_modes_whatever_moves_of_it() {
-    for carries in [Carries::Link, Carries::Part, Carries::Rest] {
-        for has_mass in [true, false] {
-            let link_kg = if has_mass { LINK_KG } else { 0.0 };
-            let axes = vec![Vector3::y(), Vector3::z(), Vector3::x()];
-            let robot = Bent { link_kg, end_kg: 30.0, end_kgm2: 0.5, axes, carries };
-            let robot = robot.with(&[("length", 1.0), ("ratio_3", 2.0)]);
-            let mut placement = Placement::new(&robot);
-            placement.place(&robot, &[0.0, 0.0]);
-            let what = format!("{carries:?} {has_mass}");
-            let hz = ModalSolver::new(&robot).frequencies_hz(&[0.0, 0.0]).map(<[f64]>::to_vec);
-            let hz = hz.unwrap_or_else(|fault| panic!("{what}: {fault}"));
-            assert!(
-                hz.len() >= 5 && hz.iter().all(|hz| hz.is_finite() && *hz > 1.0),
-                "{what}: {hz:?}"
-            );
-            // A force a metre beside the axis turns the end about it.
-            let beside = Point3::new(0.0, 1.0, 0.0);
-            let at =
-                |point| Statics::of(&robot, &placement, &point).unwrap().compliance_m_per_n[(2, 2)];
-            let turns = at(beside) - at(Point3::origin());
-            assert!((turns * 2.0 * STIFFNESS - 1.0).abs() < 1e-9, "{what}: {turns}");
-        }
+fn a_link_that_bends_and_turns_about_itself_has_modes() {
+    for slender in [0.02, 0.0] {
+        let axes = vec![Vector3::y(), Vector3::z(), Vector3::x()];
+        let robot = Bent { slender, end_kg: 30.0, end_kgm2: 0.5, axes, ..Bent::default() };
+        let robot = robot.with(&[("length", 1.0), ("ratio_3", 2.0)]).unwrap();
+        let mut placement = Placement::new(&robot);
+        placement.place(&robot, &[0.0, 0.0]);
+        let hz = ModalSolver::new(&robot).frequencies_hz(&[0.0, 0.0]).map(<[f64]>::to_vec);
+        let hz = hz.unwrap_or_else(|fault| panic!("{slender}: {fault}"));
+        assert!(hz.len() >= 5 && hz.iter().all(|hz| hz.is_finite() && *hz > 1.0), "{hz:?}");
+        // A force a metre beside the axis turns the end about it.
+        let beside = Point3::new(0.0, 1.0, 0.0);
+        let at =
+            |point| Statics::of(&robot, &placement, &point).unwrap().compliance_m_per_n[(2, 2)];
+        let turns = at(beside) - at(Point3::origin());
+        assert!((turns * 2.0 * STIFFNESS - 1.0).abs() < 1e-9, "{slender}: {turns}");
+    }
+}
+
+/// A counterweight at a quarter of the link stays before what bends beyond it: a part that is welded there changes as
+/// much as a mass of its own does.
+#[test]
+fn what_is_fixed_to_a_link_bends_with_the_part_that_it_is_on() {
+    let hz = |at: f64| {
+        let mut description = Bent::default().description(&[("position", 0.5)]);
+        let weight = Inertial {
+            mass_kg: 35.0,
+            com_m: Vector3::zeros(),
+            inertia_kgm2: Matrix3::from_diagonal_element(0.1),
+        };
+        let (joint, link) = (&description.joints[2], &description.links[2]);
+        let mut joint = Joint { name: "weld".into(), child: "weight".into(), ..joint.clone() };
+        joint.parent = "one".into();
+        joint.origin = Isometry3::translation(at * L1, 0.0, 0.0);
+        let link = Link { name: "weight".into(), inertial: Some(weight), ..link.clone() };
+        description.joints.push(joint);
+        description.links.push(link);
+        let robot = Robot::new(&description).unwrap();
+        ModalSolver::new(&robot).frequencies_hz(&[0.0, 0.0]).unwrap()[0]
+    };
+    let plain = {
+        let robot = Bent::default().with(&[("position", 0.5)]).unwrap();
+        ModalSolver::new(&robot).frequencies_hz(&[0.0, 0.0]).unwrap()[0]
+    };
+    assert!((hz(0.25) / plain - 1.0).abs() < 1e-9, "{} {plain}", hz(0.25));
+    assert!(hz(0.75) < 0.9 * plain, "{} {plain}", hz(0.75));
+}
+
+/// What no link can be is refused, at its key.
+#[test]
+fn a_length_that_no_link_has_is_refused() {
+    let refused = |bent: Bent, parameters: &[(&str, f64)]| {
+        let mut description = bent.description(parameters);
+        description.elastic_joints = two_link().elastic_joints;
+        let faults = Robot::new(&description).map(|_| ()).unwrap_err();
+        faults.iter().map(|fault| fault.what.clone()).collect::<Vec<_>>().join("; ")
+    };
+    for (bent, parameters, what) in [
+        (
+            Bent::default(),
+            [("length", -1.0), ("position", 0.5)],
+            "length is -1, must be from 0.2 to 1",
+        ),
+        (
+            Bent::default(),
+            [("length", 1.0), ("position", 0.9)],
+            "position is 0.9, must be from 0.333 to 0.667",
+        ),
+        (
+            Bent { carries: Carries::Link, ..Bent::default() },
+            [("length", 1.0), ("position", 0.5)],
+            "carries is link, must be part",
+        ),
+        (
+            Bent { link_kg: 0.0, ..Bent::default() },
+            [("length", 1.0), ("position", 0.5)],
+            "has no mass to bend",
+        ),
+    ] {
+        let told = refused(bent, &parameters);
+        assert!(told.contains(what), "{told}");
     }
 }

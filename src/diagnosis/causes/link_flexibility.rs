@@ -1,7 +1,7 @@
-//! A link itself bends over its length: about one axis across it, about both, or about both and
-//! along it; or at one place about one axis. The end of the link carries the whole link and what
-//! follows, or only what follows (where the link's mass sits, near its end or its start), or the
-//! link's body is parted where it bends.
+//! A link itself bends: about one axis across it, about both, or about both and along it; over its
+//! length, where its body bends with it, or at one place. There a hinge carries the whole link and
+//! what follows, or only what follows (where the link's mass sits, near its end or its start), or
+//! parts the link's body.
 
 use nalgebra::Vector3;
 
@@ -20,13 +20,14 @@ const UNLIKE: f64 = 0.8;
 /// A link shorter than this share of the typical one does not bend.
 const MIN_LENGTH: f64 = 0.25;
 
-/// Where the middle of the link's compliance is: about halfway.
-fn position() -> Parameter {
+/// Where the middle of the link's compliance is: about halfway. Over a length it lies in the middle
+/// third, as compliance is nowhere below zero.
+fn position(bounds: [f64; 2]) -> Parameter {
     Parameter {
         name: "position",
         scale: Scale::Linear(0.2),
         nominal: None,
-        bounds: [0.1, 0.9],
+        bounds,
         starts: vec![0.5],
         expected: Some([0.5, 0.15]),
     }
@@ -52,28 +53,19 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
         let [one, other] = square_to(&along);
         let spring = || new_spring("stiffness_nm_per_rad", soft);
         let unlike = |name| ratio(name, UNLIKE);
-        let of_both = vec![spring(), unlike("ratio_2"), position()];
-        let of_all = [&of_both[..], &[unlike("ratio_3")]].concat();
-        let of_one = || vec![spring(), position()];
-        let beam = || vec![("length", 1.0)];
-        let hinge = Vec::new;
-        let forms = [
-            (vec![one], of_one(), beam()),
-            (vec![other], of_one(), beam()),
-            (vec![one], of_one(), hinge()),
-            (vec![other], of_one(), hinge()),
-            (vec![one, other], of_both, beam()),
-            (vec![one, other, along], of_all, beam()),
-        ];
-        for (axes, parameters, fixed) in forms {
-            for carries in [Carries::Link, Carries::Part, Carries::Rest] {
-                if carries == Carries::Rest && (!body.carries_joint || axes.len() > 1) {
-                    continue;
-                }
-                let mut candidate =
-                    Candidate::new(Cause::LinkFlexibility, &body.name, parameters.clone());
+        let own = arm.description.links.iter().find(|link| link.name == body.name);
+        let has_mass = own.and_then(|own| own.inertial).is_some_and(|own| own.mass_kg > 0.0);
+        let mut ends = arm.description.joints.iter().filter(|joint| joint.parent == body.name);
+        let is_beam = has_mass && ends.any(|end| end.origin.translation.vector.norm() > 0.0);
+        for axes in [vec![one], vec![other], vec![one, other], vec![one, other, along]] {
+            let ratios = ["ratio_2", "ratio_3"].into_iter().take(axes.len() - 1).map(unlike);
+            let parameters = |bounds: [f64; 2]| -> Vec<Parameter> {
+                [spring(), position(bounds)].into_iter().chain(ratios.clone()).collect()
+            };
+            let mut add = |carries, parameters, fixed| {
+                let mut candidate = Candidate::new(Cause::LinkFlexibility, &body.name, parameters);
                 candidate.is_refinement = axes.len() > 1;
-                candidate.fixed.clone_from(&fixed);
+                candidate.fixed = fixed;
                 candidate.hinge = Some(Hinge {
                     kind: CoordinateKind::Rotation,
                     axes: axes.clone(),
@@ -81,6 +73,16 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                     carries,
                 });
                 candidates.push(candidate);
+            };
+            if is_beam {
+                add(Carries::Part, parameters([0.34, 0.66]), vec![("length", 1.0)]);
+            }
+            for carries in [Carries::Link, Carries::Part, Carries::Rest] {
+                let is_twice = is_beam && carries == Carries::Part && axes.len() > 1;
+                let is_far = carries == Carries::Rest && (!body.carries_joint || axes.len() > 1);
+                if !is_twice && !is_far {
+                    add(carries, parameters([0.1, 0.9]), Vec::new());
+                }
             }
         }
     }

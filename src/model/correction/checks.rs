@@ -49,8 +49,7 @@ impl Check<'_> {
                 let scales = |name: &&&str| name.contains("stiffness") || name.contains("ratio");
                 names.iter().filter(scales).for_each(|name| self.positive(name));
                 self.share("position");
-                self.share("length");
-                self.positive("length");
+                self.bends_over_length();
             }
             Cause::LocalMode => {
                 ["frequency_hz", "mass_kg"].into_iter().for_each(|name| self.positive(name));
@@ -147,6 +146,41 @@ impl Check<'_> {
     fn share(&mut self, name: &'static str) {
         if let Some(value) = self.value(name).filter(|value| !(0.0..=1.0).contains(value)) {
             self.refuse(name, format!("{name} is {value}, must be from 0 to 1"));
+        }
+    }
+
+    /// A length over which a link bends, about its middle: compliance is nowhere below zero, and the
+    /// link's body lies there.
+    fn bends_over_length(&mut self) {
+        const LEAST: f64 = 0.2;
+        let Some(length) = self.value("length") else { return };
+        if !(LEAST..=1.0).contains(&length) {
+            return self.refuse("length", format!("length is {length}, must be from {LEAST} to 1"));
+        }
+        let [low, high] = [-1.0, 1.0].map(|side| 0.5 + side * length / 6.0);
+        if let Some(position) = self.value("position").filter(|at| !(low..=high).contains(at)) {
+            let what = format!(
+                "position is {position}, must be from {low:.3} to {high:.3} with length {length}: \
+                 it is the middle of a compliance that is nowhere below zero"
+            );
+            self.refuse("position", what);
+        }
+        let carries = self.correction.hinge.as_ref().map_or(Carries::Link, |hinge| hinge.carries);
+        if carries != Carries::Part {
+            let what = format!(
+                "carries is {}, must be part with a length: the link's body bends, too",
+                carries.name()
+            );
+            self.refuse("carries", what);
+        }
+        let at = self.correction.at.as_deref();
+        let link = self.description.links.iter().find(|link| Some(link.name.as_str()) == at);
+        if let Some(link) = link
+            && link.inertial.is_none_or(|body| body.mass_kg <= 0.0)
+        {
+            let what =
+                format!("'{}' has no mass to bend over a length: leave length out", link.name);
+            self.refuse("length", what);
         }
     }
 

@@ -23,13 +23,15 @@ impl Hinge {
         positions: &[f64],
     ) {
         let reach_m = description.reach_of(at);
-        let link = description.links.iter().find(|link| link.name == at);
-        let body = link.and_then(|link| link.inertial).filter(|_| self.carries == Carries::Part);
-        let lies_between = body.is_some_and(|own| reach_m.dot(&(own.inertia_kgm2 * reach_m)) > 0.0);
-        // About the line on which they lie, hinges with no body between them are one motion.
+        let body = description.links.iter().find(|link| link.name == at);
+        let about_itself = body.and_then(|link| link.inertial).is_some_and(|own| {
+            let inertia = reach_m.dot(&(own.inertia_kgm2 * reach_m));
+            inertia > 0.0
+        });
+        // About the line on which they lie, hinges with no inertia between them are one motion.
         let hinges = |axis: &Vector3<f64>| {
             let is_along = axis.cross(&reach_m).norm() <= 1e-9 * reach_m.norm();
-            if is_along && !lies_between { 1 } else { positions.len() }
+            if is_along && !about_itself { 1 } else { positions.len() }
         };
         let spring = |n: usize| stiffnesses.get(n).or(stiffnesses.last()).copied().unwrap_or(0.0);
         // Of the link's own body there is left what is before the last hinge.
@@ -48,9 +50,12 @@ impl Hinge {
                 Carries::Part => {
                     let link = description.links.iter_mut().find(|link| link.name == at);
                     let outer = link.and_then(|own| cut(own, &(reach_m * end), &hinge.origin_m));
-                    beyond(description, at, i, outer)
+                    let from = hinge.origin_m.dot(&reach_m);
+                    beyond(description, at, i, outer, |joint| {
+                        joint.origin.translation.vector.dot(&reach_m) >= from * (1.0 - 1e-9)
+                    })
                 }
-                Carries::Rest => beyond(description, at, i, None),
+                Carries::Rest => beyond(description, at, i, None, |_| true),
             };
             let outer = if i == 0 { "" } else { ", outer" };
             hinge.give(description, &moved, &format!("{name}{outer}"), &springs);
@@ -142,12 +147,22 @@ fn weld(
     });
 }
 
-/// A new link in the place of `at` beyond its hinge `i`, with all that `at` carries and `body`.
-fn beyond(description: &mut Description, at: &str, i: usize, body: Option<Inertial>) -> String {
-    let outer = if i == 0 { "" } else { "outer " };
-    let rest = format!("{at}, beyond its {outer}hinge");
+/// A new link in the place of `at` beyond its hinge `i`, with `body` and all that `at` carries
+/// there.
+fn beyond(
+    description: &mut Description,
+    at: &str,
+    i: usize,
+    body: Option<Inertial>,
+    is_there: impl Fn(&Joint) -> bool,
+) -> String {
+    let name = |i: usize| format!("{at}, its {}hinge", if i == 0 { "" } else { "outer " });
+    let rest = format!("{at}, beyond its {}hinge", if i == 0 { "" } else { "outer " });
+    let next = name(i + 1);
     for joint in description.joints.iter_mut().filter(|joint| joint.parent == at) {
-        joint.parent.clone_from(&rest);
+        if joint.name == next || is_there(joint) {
+            joint.parent.clone_from(&rest);
+        }
     }
     let whole = description.links.iter().find(|link| link.name == at).cloned().unwrap_or_default();
     description.links.push(Link {
@@ -156,7 +171,7 @@ fn beyond(description: &mut Description, at: &str, i: usize, body: Option<Inerti
         has_geometry: false,
         ..whole
     });
-    weld(description, at, &rest, format!("{at}, its {outer}hinge"), Isometry3::identity());
+    weld(description, at, &rest, name(i), Isometry3::identity());
     rest
 }
 

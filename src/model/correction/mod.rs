@@ -255,15 +255,13 @@ impl Correction {
     /// variance are as soft under any force and moment on the link's end, as the bending moment is
     /// linear between (Gauss's rule is exact for what is quadratic).
     fn positions(&self) -> Vec<f64> {
-        /// Hinges at one place would share one motion, for which there is no mass.
-        const LEAST_APART: f64 = 0.03;
         let Some(length) = self.value("length") else {
             return vec![self.value("position").unwrap_or(0.0)];
         };
         let position = self.value("position").unwrap_or(0.5);
         let variance = length * length / 12.0 - (position - 0.5).powi(2);
-        let apart = variance.max(0.0).sqrt().max(LEAST_APART);
-        [-1.0, 1.0].map(|side| (position + side * apart).clamp(0.0, 1.0)).to_vec()
+        let apart = variance.max(0.0).sqrt();
+        vec![position - apart, position + apart]
     }
 
     /// Hangs a part on a link, on a spring of its own: on a rigid link it has the frequency given.
