@@ -149,8 +149,8 @@ impl Check<'_> {
         }
     }
 
-    /// A length over which a link bends, about its middle: compliance is nowhere below zero, and the
-    /// link's body lies there.
+    /// A length over which a link bends, about its middle: compliance is nowhere below zero, and
+    /// the link's body lies there.
     fn bends_over_length(&mut self) {
         const LEAST: f64 = 0.2;
         let Some(length) = self.value("length") else { return };
