@@ -162,8 +162,7 @@ class GCode(Writer):
 
     def called(self, part, depth):
         self.radius = None
-        self.subprogram(lambda: self.run(part, depth), 1)
-        return True
+        return super().called(part, depth)
 
     def again(self, group, depth):
         """What comes again from where it ends, under G91."""
@@ -174,16 +173,13 @@ class GCode(Writer):
 
         def write():
             self.out += [] if outside else ["G91"]
-            self.relative = True
-            self.each(items[: form["body"]], 3)
-            self.relative = False
+            self.relatively(items[: form["body"]])
             self.out += [] if outside else ["G90"]
 
         self.out += ["G91"] * outside
         self.subprogram(write, form["count"])
         self.out += ["G90"] * outside
-        moves = [item for item in items if item[0] in ("line", "arc")]
-        self.at = list(end_of(moves[-1])) if moves else self.at
+        self.ends_with(items)
         return True
 
     def holes(self, group, depth):

@@ -2,7 +2,7 @@
 
 import math
 
-from lists import direction_at, end_of, heading, n
+from lists import direction_at, heading, n
 from writer import Writer
 
 
@@ -121,10 +121,6 @@ class Heidenhain(Writer):
         self.subs += [f"LBL {label}", *lines, "LBL 0"]
         self.out += [f"CALL LBL {label}"] * count
 
-    def called(self, part, depth):
-        self.subprogram(lambda: self.run(part, depth), 1)
-        return True
-
     def again(self, group, depth):
         """What comes again from where it ends: from a label on, or as a subprogram."""
         _, form, items = group
@@ -133,9 +129,7 @@ class Heidenhain(Writer):
             return False
 
         def write():
-            self.relative, self.way = True, None
-            self.each(body, 3)
-            self.relative = False
+            self.relatively(body)
 
         if self.chance(0.6):
             self.count += 1
@@ -145,8 +139,7 @@ class Heidenhain(Writer):
         else:
             self.subprogram(write, count)
         self.pole, self.way = None, None
-        moves = [item for item in items if item[0] in ("line", "arc")]
-        self.at = list(end_of(moves[-1])) if moves else self.at
+        self.ends_with(items)
         return True
 
     def holes(self, group, depth):

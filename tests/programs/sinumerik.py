@@ -2,7 +2,7 @@
 
 import math
 
-from lists import direction_at, end_of, heading, n, on_bow
+from lists import direction_at, heading, n, on_bow
 from writer import Writer
 
 
@@ -158,10 +158,6 @@ class Sinumerik(Writer):
         self.files[f"{name}.spf"] = "\n".join([*head, *lines, self.rng.choice(["M17", "RET"]), ""])
         self.out.append(name + (f" P{count}" if count > 1 else ""))
 
-    def called(self, part, depth):
-        self.subprogram(lambda: self.run(part, depth), 1)
-        return True
-
     def again(self, group, depth):
         """What comes again from where it ends: from a label on, or in a file of its own."""
         _, form, items = group
@@ -171,10 +167,7 @@ class Sinumerik(Writer):
 
         def write():
             self.out.append("G91")
-            # The way that a block ends in is another at first than when it comes again.
-            self.relative, self.way = True, None
-            self.each(body, 3)
-            self.relative = False
+            self.relatively(body)
             self.out.append("G90")
 
         if self.rewritten or self.chance(0.5):
@@ -184,8 +177,7 @@ class Sinumerik(Writer):
         else:
             self.subprogram(write, count)
         self.pole, self.way = None, None
-        moves = [item for item in items if item[0] in ("line", "arc")]
-        self.at = list(end_of(moves[-1])) if moves else self.at
+        self.ends_with(items)
         return True
 
     def holes(self, group, depth):

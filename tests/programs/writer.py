@@ -39,6 +39,22 @@ class Writer:
         if is_move(item):
             self.at = list(end_of(item))
 
+    def called(self, part, depth):
+        """A stretch as a subprogram."""
+        self.subprogram(lambda: self.run(part, depth), 1)
+        return True
+
+    def relatively(self, items):
+        """By relative numbers alone, as what comes again from where it ends; the way that it ends in is another at
+        first than when it comes again."""
+        self.relative, self.way = True, None
+        self.each(items, 3)
+        self.relative = False
+
+    def ends_with(self, items):
+        moves = [item for item in items if is_move(item)]
+        self.at = list(end_of(moves[-1])) if moves else self.at
+
     def captured(self, write):
         """The lines of what is written apart; it knows nothing of the feed before, nor is its own known behind it."""
         out, self.out, self.feed = self.out, [], None
