@@ -192,9 +192,10 @@ fn what_is_fixed_to_a_link_bends_with_the_part_that_it_is_on() {
 /// What no link can be is refused, at its key.
 #[test]
 fn a_length_that_no_link_has_is_refused() {
-    let refused = |bent: Bent, parameters: &[(&str, f64)]| {
+    let refused = |bent: Bent, at: &str, parameters: &[(&str, f64)]| {
         let mut description = bent.description(parameters);
         description.elastic_joints = two_link().elastic_joints;
+        description.corrections[0].at = Some(at.to_owned());
         let faults = Robot::new(&description).map(|_| ()).unwrap_err();
         faults.iter().map(|fault| fault.what.clone()).collect::<Vec<_>>().join("; ")
     };
@@ -220,7 +221,9 @@ fn a_length_that_no_link_has_is_refused() {
             "has no mass to bend",
         ),
     ] {
-        let told = refused(bent, &parameters);
+        let told = refused(bent, "one", &parameters);
         assert!(told.contains(what), "{told}");
     }
+    let told = refused(Bent::default(), "two", &[("length", 1.0)]);
+    assert!(told.contains("at is the tip's link"), "{told}");
 }

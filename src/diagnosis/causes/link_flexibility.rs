@@ -56,7 +56,9 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
         let own = arm.description.links.iter().find(|link| link.name == body.name);
         let has_mass = own.and_then(|own| own.inertial).is_some_and(|own| own.mass_kg > 0.0);
         let mut ends = arm.description.joints.iter().filter(|joint| joint.parent == body.name);
-        let is_beam = has_mass && ends.any(|end| end.origin.translation.vector.norm() > 0.0);
+        let is_beam = has_mass
+            && body.name != arm.tip
+            && ends.any(|end| end.origin.translation.vector.norm() > 0.0);
         for axes in [vec![one], vec![other], vec![one, other], vec![one, other, along]] {
             let ratios = ["ratio_2", "ratio_3"].into_iter().take(axes.len() - 1).map(unlike);
             let parameters = |bounds: [f64; 2]| -> Vec<Parameter> {

@@ -174,6 +174,14 @@ impl Check<'_> {
             self.refuse("carries", what);
         }
         let at = self.correction.at.as_deref();
+        // The tool stands on the frame of the tip's link, which is before all that bends.
+        let last = self.description.joints.iter().rfind(|joint| joint.kind.moves());
+        let tip = self.description.tip.as_deref().or(last.map(|joint| joint.child.as_str()));
+        if at.is_some() && at == tip {
+            let what = "at is the tip's link, which cannot bend over a length: add a link fixed \
+                        to its end to the URDF, and make that the tip";
+            self.refuse("at", what.to_owned());
+        }
         let link = self.description.links.iter().find(|link| Some(link.name.as_str()) == at);
         if let Some(link) = link
             && link.inertial.is_none_or(|body| body.mass_kg <= 0.0)
