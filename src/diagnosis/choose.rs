@@ -38,8 +38,13 @@ impl SearchWidth {
     pub(super) const FOLD: Self = Self { first: 24, further: 10, starts: 1, kept: 4, sets: 16 };
 }
 
-/// Local modes that are fitted beside the other candidates.
+/// Local modes that are fitted beside the other candidates as a further cause; as the first one, all
+/// in their plain forms are, as each moves a column wherever it starts.
 const LOCAL_MODES: usize = 3;
+
+/// Places of the best fits of one cause of which every form is fitted: a start of a form that gives
+/// in many directions at once promises little.
+const WHOLE_PLACES: usize = 3;
 
 /// Most causes that are looked for.
 const MAX_CAUSES: usize = 4;
@@ -139,6 +144,11 @@ impl<'c> Search<'_, '_, 'c> {
             {
                 *known = first.clone();
             }
+            if next.first().is_some_and(|model| model.causes() == 2) {
+                singles.extend(fewer.iter().cloned());
+                sort(&mut singles);
+                distinct(&mut singles, usize::MAX);
+            }
             best = self.largest_justified(&fronts);
             let met = next.iter().chain(&fewer);
             seen.extend(met.filter(|model| within_reach(model, &best)).cloned());
@@ -228,6 +238,7 @@ impl<'c> Search<'_, '_, 'c> {
     /// Every promising model with one cause more.
     fn with_one_more(&self, parent: &Model<'c>) -> Vec<Model<'c>> {
         let taken = &parent.fit.hypothesis.effects;
+        let is_first = taken.is_empty();
         let mut tried: Vec<(f64, usize)> = self
             .means
             .candidates
@@ -239,18 +250,48 @@ impl<'c> Search<'_, '_, 'c> {
             })
             .collect();
         tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let most = if taken.is_empty() { self.means.width.first } else { self.means.width.further };
+        let most = if is_first { self.means.width.first } else { self.means.width.further };
         // Local modes promise much wherever a column is far off, and take no other's turn.
         let is_local = |&(_, i): &(f64, usize)| self.means.candidates[i].cause == Cause::LocalMode;
-        let local: Vec<_> =
-            tried.iter().filter(|t| is_local(t)).take(LOCAL_MODES).copied().collect();
+        let is_plain = |&(_, i): &(f64, usize)| self.means.candidates[i].parameters.len() < 3;
+        let local = tried.iter().filter(|t| is_local(t) && (!is_first || is_plain(t))).copied();
+        let local: Vec<_> = local.take(if is_first { usize::MAX } else { LOCAL_MODES }).collect();
         tried.retain(|t| !is_local(t));
         tried.truncate(most);
         tried.extend(local);
         self.add_plain(parent, &mut tried);
         let given = &parent.fit.hypothesis;
         let asked = |&(_, i): &(f64, usize)| Asked::with(given.clone(), &self.means.candidates[i]);
-        self.models(tried.iter().map(asked).collect())
+        let mut models = self.models(tried.iter().map(asked).collect());
+        sort(&mut models);
+        let most = if is_first { WHOLE_PLACES } else { 1 };
+        let further = self.other_forms(&models, &tried, most);
+        models.extend(self.models(further.iter().map(asked).collect()));
+        models
+    }
+
+    /// The candidates that were not tried at the `most` places of the best of `models`, sorted,
+    /// that came last.
+    fn other_forms(
+        &self,
+        models: &[Model<'c>],
+        tried: &[(f64, usize)],
+        most: usize,
+    ) -> Vec<(f64, usize)> {
+        let mut places: Vec<&Candidate> = Vec::new();
+        for (candidate, _) in models.iter().filter_map(|model| model.fit.hypothesis.effects.last())
+        {
+            if !places.iter().any(|place| place.same_place(candidate)) {
+                places.push(candidate);
+            }
+        }
+        places.truncate(most);
+        let is_other = |(i, candidate): &(usize, &Candidate)| {
+            places.iter().any(|place| place.same_place(candidate))
+                && tried.iter().all(|(_, other)| other != i)
+        };
+        let all = self.means.candidates.iter().enumerate();
+        all.filter(is_other).map(|(i, _)| (0.0, i)).collect()
     }
 
     /// Adds the plain stiffness of each joint of which a law is tried: a law has to beat what it
@@ -307,7 +348,7 @@ impl<'c> Search<'_, '_, 'c> {
         let mut best: Vec<Model<'c>> =
             models.iter().take(4 * self.means.width.kept).cloned().collect();
         distinct(&mut best, self.means.width.kept);
-        let large = best.iter().filter(|model| model.causes() > 2);
+        let large = best.iter().filter(|model| model.causes() > 1);
         let fewer = large.flat_map(|model| {
             let without = |i: usize| {
                 let mut hypothesis = model.fit.hypothesis.clone();
