@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::data::Data;
 use super::fit::Fit;
+use super::mechanics::Mechanics;
 use super::outcome::LearnedDamping;
 use super::predict::participation;
 use super::problem::Problem;
@@ -39,9 +40,11 @@ fn learned(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Vec<LearnedDamping>> 
     };
     let typical = median(measured().map(|(_, zeta)| zeta).collect())?;
     let mut description = problem.description.clone();
-    description.corrections.extend(fit.hypothesis.corrections());
+    let corrections = fit.hypothesis.corrections();
+    let here = Mechanics::new(problem.description, &corrections, &problem.data.rows)?;
+    let energies = participation(here, problem.data)?;
+    description.corrections.extend(corrections);
     let robot = Robot::of(description.clone())?;
-    let energies = participation(problem.description, &fit.hypothesis, problem.data)?;
     let told: Vec<f64> = robot
         .coordinates()
         .iter()

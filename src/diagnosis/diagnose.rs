@@ -156,7 +156,6 @@ pub fn diagnose(
         next_tests,
         ranking: ranking(&choice),
         corrections: if is_alone { Vec::new() } else { corrections(&data, &chosen) },
-        coordinates: robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         joints: arm.joints,
         findings,
         notes: [

@@ -279,20 +279,20 @@ pub enum Shape {
     },
     /// A spring varies with a joint's position.
     SpringOverJoint {
-        /// Elastic coordinate, from 0.
-        coordinate: usize,
+        /// Its elastic coordinate, of the model with the causes.
+        coordinate: String,
         /// From the base, from 0.
         joint: usize,
     },
     /// A spring varies from pose to pose.
     SpringByPose {
-        /// Elastic coordinate, from 0.
-        coordinate: usize,
+        /// Its elastic coordinate, of the model with the causes.
+        coordinate: String,
     },
     /// The inertia of an elastic coordinate varies from pose to pose.
     InertiaByPose {
-        /// Elastic coordinate, from 0.
-        coordinate: usize,
+        /// Its elastic coordinate, of the model with the causes.
+        coordinate: String,
     },
     /// All modes of a pose are off together.
     PoseByPose,
@@ -416,8 +416,6 @@ pub struct Diagnosis {
     pub residuals: Vec<ResidualRow>,
     /// What `robot.yaml` needs to hold.
     pub corrections: Vec<Correction>,
-    /// Elastic coordinates of the model as it is, for shapes that name one.
-    pub coordinates: Vec<String>,
     /// Joints from base to tip, each with whether it slides.
     pub joints: Vec<(String, bool)>,
     /// Warnings about the table.

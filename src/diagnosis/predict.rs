@@ -121,15 +121,10 @@ pub(super) fn predict(
     Some(rows)
 }
 
-/// How much of each mode's energy is in each elastic coordinate, by row, mode and coordinate: d ln
-/// f by ln of the spring (half the share of the strain energy), and by the coordinate's own
-/// inertia.
-pub(super) fn participation(
-    description: &Description,
-    hypothesis: &Hypothesis<'_>,
-    data: &Data,
-) -> Option<Vec<Vec<Vec<[f64; 2]>>>> {
-    let mut here = Mechanics::new(description, &hypothesis.corrections(), &data.rows)?;
+/// How much of each mode's energy is in each elastic coordinate of a model at the rows of a table,
+/// by row, mode and coordinate: d ln f by ln of the spring (half the share of the strain energy),
+/// and by the coordinate's own inertia.
+pub(super) fn participation(mut here: Mechanics, data: &Data) -> Option<Vec<Vec<Vec<[f64; 2]>>>> {
     let n = here.mass().nrows();
     let mut rows = Vec::new();
     let mut pencil = Pencil::new(n);

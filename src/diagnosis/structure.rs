@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::data::{Data, Load};
 use super::decorrelation::Decorrelation;
 use super::fit::Fit;
+use super::mechanics::Mechanics;
 use super::outcome::{Shape, Structure};
 use super::predict::participation;
 use super::problem::Problem;
@@ -188,14 +189,19 @@ type Columns = Vec<Vec<f64>>;
 /// Shapes with the columns that span them, one entry a point.
 struct Shapes<'d> {
     data: &'d Data,
+    /// Names of the elastic coordinates.
+    coordinates: Vec<String>,
     /// See [`participation`].
     energies: Vec<Vec<Vec<[f64; 2]>>>,
 }
 
 impl<'d> Shapes<'d> {
     fn new(problem: &Problem<'d>, fit: &Fit<'_>) -> Option<Self> {
-        let energies = participation(problem.description, &fit.hypothesis, problem.data)?;
-        Some(Self { data: problem.data, energies })
+        let data = problem.data;
+        let here = Mechanics::new(problem.description, &fit.hypothesis.corrections(), &data.rows)?;
+        let coordinates = here.robot(data.rows.first()?)?.coordinates();
+        let coordinates = coordinates.iter().map(|own| own.name.clone()).collect();
+        Some(Self { data, coordinates, energies: participation(here, data)? })
     }
 
     fn column(&self, of: &dyn Fn(usize) -> f64) -> Vec<f64> {
@@ -209,10 +215,6 @@ impl<'d> Shapes<'d> {
     fn energy(&self, i: usize, coordinate: usize, kind: usize) -> f64 {
         let point = &self.data.points[i];
         self.energies[point.row].get(point.column).map_or(0.0, |mode| mode[coordinate][kind])
-    }
-
-    fn coordinates(&self) -> usize {
-        self.energies.first().and_then(|row| row.first()).map_or(0, Vec::len)
     }
 
     /// Sines and cosines of a joint's angle.
@@ -238,10 +240,9 @@ impl<'d> Shapes<'d> {
                 .collect()
         };
         let mut shapes = vec![(Shape::PoseByPose, masked(&|_| 1.0))];
-        for coordinate in 0..self.coordinates() {
-            let [spring, inertia] =
-                [0, 1].map(|kind| masked(&|i| self.energy(i, coordinate, kind)));
-            shapes.push((Shape::SpringByPose { coordinate }, spring));
+        for (c, coordinate) in self.coordinates.iter().cloned().enumerate() {
+            let [spring, inertia] = [0, 1].map(|kind| masked(&|i| self.energy(i, c, kind)));
+            shapes.push((Shape::SpringByPose { coordinate: coordinate.clone() }, spring));
             shapes.push((Shape::InertiaByPose { coordinate }, inertia));
         }
         shapes
@@ -265,7 +266,8 @@ impl<'d> Shapes<'d> {
                 if is_own { self.energy(i, coordinate, 1) } else { 0.0 }
             })
         };
-        let columns = loads.iter().flat_map(|load| (0..self.coordinates()).map(|c| of(load, c)));
+        let columns =
+            loads.iter().flat_map(|load| (0..self.coordinates.len()).map(|c| of(load, c)));
         (2..=MOST).contains(&loads.len()).then(|| columns.collect())
     }
 
@@ -295,11 +297,12 @@ impl<'d> Shapes<'d> {
             columns.extend(joints.iter().flat_map(of_joint));
             shapes.push((Shape::ModeOverPose { mode }, columns));
         }
-        for coordinate in 0..self.coordinates() {
-            let base = |i: usize| self.energy(i, coordinate, 0);
+        for (c, coordinate) in self.coordinates.iter().enumerate() {
+            let base = |i: usize| self.energy(i, c, 0);
             for &joint in &joints {
                 let mut columns = vec![column(&base)];
                 columns.extend(self.harmonics(&base, joint, 2));
+                let coordinate = coordinate.clone();
                 shapes.push((Shape::SpringOverJoint { coordinate, joint }, columns));
             }
         }
@@ -343,4 +346,41 @@ fn bumps(data: &Data) -> Columns {
             data.points.iter().map(|p| (-0.5 * ((p.ln_f - centre) / width).powi(2)).exp()).collect()
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::candidate::{Candidate, Parameter, Scale};
+    use super::super::fit::tests::{arm, data};
+    use super::super::hypothesis::Hypothesis;
+    use super::*;
+    use crate::model::{Cause, Hinge};
+    use nalgebra::Vector3;
+
+    /// A cause may add a coordinate before those of the file, which has no name for it.
+    #[test]
+    fn a_shape_names_a_coordinate_of_the_model_with_the_causes() {
+        let description = arm();
+        let data = data(8);
+        let problem = Problem { description: &description, data: &data };
+        let stiffness = Parameter {
+            name: "stiffness_n_per_m",
+            scale: Scale::Log,
+            nominal: None,
+            bounds: [1.0, 1e12],
+            starts: vec![],
+            expected: None,
+        };
+        let mut base = Candidate::new(Cause::BaseCompliance, "base", vec![stiffness]);
+        base.hinge = Some(Hinge::shift(Vector3::x()));
+        let names = |hypothesis: Hypothesis<'_>| {
+            let fit = problem.optimise(hypothesis).unwrap();
+            Shapes::new(&problem, &fit).unwrap().coordinates
+        };
+        let plain = names(Hypothesis::default());
+        let with_base = names(Hypothesis { effects: vec![(&base, vec![20.0])] });
+        assert_eq!(plain.len() + 1, with_base.len());
+        assert!(with_base.contains(&"base_compliance at base".to_owned()), "{with_base:?}");
+        assert!(plain.iter().all(|name| with_base.contains(name)), "{with_base:?}");
+    }
 }

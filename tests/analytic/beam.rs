@@ -6,7 +6,7 @@ use detune::model::{
     Placement, Robot,
 };
 use detune::modes::{ModalSolver, Statics};
-use detune::notes::Note;
+use detune::notes::{Note, Part};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 /// Of the whole link, N·m/rad: EI over its length.
@@ -224,6 +224,14 @@ fn a_length_that_no_link_has_is_refused() {
         let told = refused(bent, "one", &parameters);
         assert!(told.contains(what), "{told}");
     }
+    let mut twice = Bent::default().description(&[("position", 0.5)]);
+    twice.elastic_joints = two_link().elastic_joints;
+    twice.corrections.push(twice.corrections[0].clone());
+    let faults = Robot::new(&twice).map(|_| ()).unwrap_err();
+    let told: Vec<_> =
+        faults.iter().map(|fault| (&fault.place.part, fault.what.as_str())).collect();
+    let [(Some(Part::Correction(1)), what)] = told[..] else { panic!("{told:?}") };
+    assert!(what.contains("correction 1 is link_flexibility there already"), "{what}");
     let told = refused(Bent::default(), "two", &[("length", 1.0)]);
     assert!(told.contains("at is the tip's link"), "{told}");
 }

@@ -13,6 +13,21 @@ impl Description {
         for (index, correction) in self.corrections.iter().enumerate() {
             let mut check = Check { description: self, correction, found: Vec::new() };
             check.run();
+            let is_same = |own: &Correction| {
+                own.hinge.is_some() && (own.cause, &own.at) == (correction.cause, &correction.at)
+            };
+            let before = self.corrections[..index].iter().position(is_same);
+            if let Some(before) = before.filter(|_| correction.hinge.is_some()) {
+                check.refuse(
+                    "at",
+                    format!(
+                        "correction {} is {} there already: put the axes of both into one, or use \
+                         elasticity: extra for more",
+                        before + 1,
+                        correction.cause
+                    ),
+                );
+            }
             faults.extend(check.found.into_iter().map(|(key, what)| {
                 Note::error(Code::Value, Place::key(Part::Correction(index), key), what)
             }));

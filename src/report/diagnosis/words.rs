@@ -189,26 +189,22 @@ pub(super) fn alternatives(found: &Finding) -> Option<String> {
 /// What a residual follows, in words.
 pub(super) fn structure(structure: &Structure, diagnosis: &Diagnosis) -> String {
     let joint = |joint: usize| diagnosis.joints.get(joint).map_or("?", |(name, _)| name.as_str());
-    let spring = |i: usize| diagnosis.coordinates.get(i).map_or("?", String::as_str);
-    let what = match structure.shape {
+    let what = match &structure.shape {
         Shape::ModeByMode => "each mode has a constant relative error".to_owned(),
-        Shape::Joint { joint: j } => format!("all modes follow the position of {}", joint(j)),
+        Shape::Joint { joint: j } => format!("all modes follow the position of {}", joint(*j)),
         Shape::ModeOverJoint { mode, joint: j } => {
-            format!("mode {} follows the position of {}", mode + 1, joint(j))
+            format!("mode {} follows the position of {}", mode + 1, joint(*j))
         }
         Shape::ModeOverPose { mode } => format!("mode {} follows the pose", mode + 1),
         Shape::SpringOverJoint { coordinate, joint: j } => {
-            format!(
-                "as if the spring of {} varied with the position of {}",
-                spring(coordinate),
-                joint(j)
-            )
+            let joint = joint(*j);
+            format!("as if the spring of {coordinate} varied with the position of {joint}")
         }
         Shape::SpringByPose { coordinate } => {
-            format!("as if the spring of {} varied from pose to pose", spring(coordinate))
+            format!("as if the spring of {coordinate} varied from pose to pose")
         }
         Shape::InertiaByPose { coordinate } => {
-            format!("as if the inertia behind {} varied from pose to pose", spring(coordinate))
+            format!("as if the inertia behind {coordinate} varied from pose to pose")
         }
         Shape::PoseByPose => "all modes of a pose are off together".to_owned(),
         Shape::Load => "as if the inertia of the arm were another with each load".to_owned(),

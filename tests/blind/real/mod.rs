@@ -120,6 +120,20 @@ fn a_table_that_drifts_knows_no_mode_better_than_its_drift() {
     }
 }
 
+/// A base that gives in six directions, and a part that the arm feels, are found though from none of its starts such
+/// a form promises much, and though two causes fit with fewer parameters.
+#[test]
+fn forms_whose_starts_promise_little_are_found_alone() {
+    for (kind, seed) in
+        [("base6", 403), ("base6", 303), ("base6", 505), ("hung", 403), ("hung", 502)]
+    {
+        let case = Case::draw(kind, seed).unwrap();
+        let score = judge(&case, tempfile::tempdir().unwrap().path()).unwrap();
+        let [found] = &score.findings[..] else { panic!("{kind} {seed}: {:?}", score.findings) };
+        assert!(found.starts_with(case.hidden[0].cause), "{kind} {seed}: {found}");
+    }
+}
+
 /// A hall that warms up makes the drift of a day look like a law of temperature, and a drift that the model was right
 /// before like springs that are all stiffer.
 #[test]
