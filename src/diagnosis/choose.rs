@@ -38,11 +38,11 @@ impl SearchWidth {
     pub(super) const FOLD: Self = Self { first: 24, further: 10, starts: 1, kept: 4, sets: 16 };
 }
 
-/// Local modes that are fitted beside the other candidates as a further cause; as the first one, all
-/// in their plain forms are, as each moves a column wherever it starts.
+/// Local modes that are fitted beside the other candidates as a further cause. As the first one,
+/// all are in their plain forms: each moves a column wherever it starts.
 const LOCAL_MODES: usize = 3;
 
-/// Places of the best fits of one cause of which every form is fitted: a start of a form that gives
+/// Places of the best fits of one cause at which every form is fitted: a start of a form that gives
 /// in many directions at once promises little.
 const WHOLE_PLACES: usize = 3;
 

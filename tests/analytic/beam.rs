@@ -232,6 +232,8 @@ fn a_length_that_no_link_has_is_refused() {
         faults.iter().map(|fault| (&fault.place.part, fault.what.as_str())).collect();
     let [(Some(Part::Correction(1)), what)] = told[..] else { panic!("{told:?}") };
     assert!(what.contains("correction 1 is link_flexibility there already"), "{what}");
-    let told = refused(Bent::default(), "two", &[("length", 1.0)]);
-    assert!(told.contains("at is the tip's link"), "{told}");
+    for parameters in [[("length", 1.0)], [("position", 0.5)]] {
+        let told = refused(Bent::default(), "two", &parameters);
+        assert!(told.contains("at is the tip's link"), "{told}");
+    }
 }

@@ -56,9 +56,10 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
         let own = arm.description.links.iter().find(|link| link.name == body.name);
         let has_mass = own.and_then(|own| own.inertial).is_some_and(|own| own.mass_kg > 0.0);
         let mut ends = arm.description.joints.iter().filter(|joint| joint.parent == body.name);
-        let is_beam = has_mass
-            && body.name != arm.tip
-            && ends.any(|end| end.origin.translation.vector.norm() > 0.0);
+        // The tool stands on the frame of the tip's link, before all in which that link bends.
+        let is_tip = body.name == arm.tip;
+        let is_beam =
+            has_mass && !is_tip && ends.any(|end| end.origin.translation.vector.norm() > 0.0);
         for axes in [vec![one], vec![other], vec![one, other], vec![one, other, along]] {
             let ratios = ["ratio_2", "ratio_3"].into_iter().take(axes.len() - 1).map(unlike);
             let parameters = |bounds: [f64; 2]| -> Vec<Parameter> {
@@ -82,7 +83,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             for carries in [Carries::Link, Carries::Part, Carries::Rest] {
                 let is_twice = is_beam && carries == Carries::Part && axes.len() > 1;
                 let is_far = carries == Carries::Rest && (!body.carries_joint || axes.len() > 1);
-                if !is_twice && !is_far {
+                if !is_twice && !is_far && (carries == Carries::Link || !is_tip) {
                     add(carries, parameters([0.1, 0.9]), Vec::new());
                 }
             }

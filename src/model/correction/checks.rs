@@ -64,6 +64,7 @@ impl Check<'_> {
                 let scales = |name: &&&str| name.contains("stiffness") || name.contains("ratio");
                 names.iter().filter(scales).for_each(|name| self.positive(name));
                 self.share("position");
+                self.leaves_the_tip();
                 self.bends_over_length();
             }
             Cause::LocalMode => {
@@ -164,6 +165,20 @@ impl Check<'_> {
         }
     }
 
+    /// The tool stands on the frame of the tip's link, which is before all in which that link
+    /// bends.
+    fn leaves_the_tip(&mut self) {
+        let carries = self.correction.hinge.as_ref().map(|hinge| hinge.carries);
+        let at = self.correction.at.as_deref();
+        let last = self.description.joints.iter().rfind(|joint| joint.kind.moves());
+        let tip = self.description.tip.as_deref().or(last.map(|joint| joint.child.as_str()));
+        if carries.is_some_and(|carries| carries != Carries::Link) && at.is_some() && at == tip {
+            let what = "at is the tip's link, which cannot bend before its tool: add a link fixed \
+                        to its end to the URDF, and make that the tip";
+            self.refuse("at", what.to_owned());
+        }
+    }
+
     /// A length over which a link bends, about its middle: compliance is nowhere below zero, and
     /// the link's body lies there.
     fn bends_over_length(&mut self) {
@@ -189,14 +204,6 @@ impl Check<'_> {
             self.refuse("carries", what);
         }
         let at = self.correction.at.as_deref();
-        // The tool stands on the frame of the tip's link, which is before all that bends.
-        let last = self.description.joints.iter().rfind(|joint| joint.kind.moves());
-        let tip = self.description.tip.as_deref().or(last.map(|joint| joint.child.as_str()));
-        if at.is_some() && at == tip {
-            let what = "at is the tip's link, which cannot bend over a length: add a link fixed \
-                        to its end to the URDF, and make that the tip";
-            self.refuse("at", what.to_owned());
-        }
         let link = self.description.links.iter().find(|link| Some(link.name.as_str()) == at);
         if let Some(link) = link
             && link.inertial.is_none_or(|body| body.mass_kg <= 0.0)
