@@ -191,8 +191,6 @@ struct Shapes<'d> {
     data: &'d Data,
     /// Names of the elastic coordinates.
     coordinates: Vec<String>,
-    /// As the model has them: residuals follow those of the table, as both have their noise.
-    ln_hz: Vec<f64>,
     /// See [`participation`].
     energies: Vec<Vec<Vec<[f64; 2]>>>,
 }
@@ -203,9 +201,7 @@ impl<'d> Shapes<'d> {
         let here = Mechanics::new(problem.description, &fit.hypothesis.corrections(), &data.rows)?;
         let coordinates = here.robot(data.rows.first()?)?.coordinates();
         let coordinates = coordinates.iter().map(|own| own.name.clone()).collect();
-        let points = data.points.iter().zip(&fit.evaluation.residuals);
-        let ln_hz = points.map(|(point, residual)| point.ln_f - residual.unwrap_or(0.0)).collect();
-        Some(Self { data, coordinates, ln_hz, energies: participation(here, data)? })
+        Some(Self { data, coordinates, energies: participation(here, data)? })
     }
 
     fn column(&self, of: &dyn Fn(usize) -> f64) -> Vec<f64> {
@@ -333,21 +329,24 @@ impl<'d> Shapes<'d> {
             columns.push(column(&|i| at(i).powi(2)));
             shapes.push((shape, columns));
         }
-        shapes.push((Shape::Frequency, bumps(&self.ln_hz)));
+        // Of one mode the noise of a frequency would follow that frequency.
+        if data.columns > 1 {
+            shapes.push((Shape::Frequency, bumps(data)));
+        }
         shapes
     }
 }
 
 /// Smooth bumps over ln f.
-fn bumps(ln_hz: &[f64]) -> Columns {
+fn bumps(data: &Data) -> Columns {
     const BUMPS: i32 = 6;
-    let low = ln_hz.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = ln_hz.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let low = data.points.iter().map(|p| p.ln_f).fold(f64::INFINITY, f64::min);
+    let high = data.points.iter().map(|p| p.ln_f).fold(f64::NEG_INFINITY, f64::max);
     let width = (high - low).max(1e-9) / f64::from(BUMPS - 1);
     (0..BUMPS)
         .map(|b| {
             let centre = low + f64::from(b) * width;
-            ln_hz.iter().map(|ln_hz| (-0.5 * ((ln_hz - centre) / width).powi(2)).exp()).collect()
+            data.points.iter().map(|p| (-0.5 * ((p.ln_f - centre) / width).powi(2)).exp()).collect()
         })
         .collect()
 }
@@ -394,6 +393,7 @@ mod tests {
         let description = arm();
         let mut data = data(24);
         data.points.retain(|point| point.column == 0);
+        data.columns = 1;
         for row in &mut data.rows {
             row.q = vec![0.1; 3];
         }
