@@ -13,6 +13,7 @@ mod two_link;
 #[path = "../common/vibration.rs"]
 mod vibration;
 
+mod added_masses;
 mod advise;
 mod bad_input;
 mod calibrated;
