@@ -75,12 +75,19 @@ impl<'c> Known<'c> {
             .collect();
         let fits: Vec<Fit<'c>> = fits.into_iter().flatten().collect();
         let mut parameters = self.locked();
+        // Of the same causes from several starts the best.
+        let mut scores: HashMap<Vec<usize>, f64> = HashMap::new();
         for fit in &fits {
             let mut effects: Vec<(usize, &Vec<f64>)> =
                 fit.hypothesis.effects.iter().map(|(c, inner)| (place(c), inner)).collect();
             effects.sort_by_key(|(place, _)| *place);
-            let (key, inner) = effects.into_iter().map(|(k, inner)| (k, inner.clone())).unzip();
-            parameters.insert(key, inner);
+            let (key, inner): (Vec<usize>, Vec<Vec<f64>>) =
+                effects.into_iter().map(|(k, inner)| (k, inner.clone())).unzip();
+            let score = fit.evaluation.score;
+            if scores.get(&key).is_none_or(|best| score > *best) {
+                scores.insert(key.clone(), score);
+                parameters.insert(key, inner);
+            }
         }
         fits
     }
@@ -93,6 +100,9 @@ impl<'c> Known<'c> {
 /// Of two starts of the same causes the one that fits better before anything moves: what was
 /// taken from a larger set may stand in a better valley than the last fit of these causes alone.
 fn better<'c>(problem: &Problem<'_>, a: Hypothesis<'c>, b: Hypothesis<'c>) -> Hypothesis<'c> {
+    if a.inner() == b.inner() {
+        return a;
+    }
     let score = |of: &Hypothesis<'_>| problem.evaluate(of, false).map(|found| found.score);
     if score(&b) > score(&a) { b } else { a }
 }

@@ -279,19 +279,19 @@ pub enum Shape {
     },
     /// A spring varies with a joint's position.
     SpringOverJoint {
-        /// Its elastic coordinate, of the model with the causes.
+        /// Its elastic coordinate, by its name in the model that leaves the residual.
         coordinate: String,
         /// From the base, from 0.
         joint: usize,
     },
     /// A spring varies from pose to pose.
     SpringByPose {
-        /// Its elastic coordinate, of the model with the causes.
+        /// Its elastic coordinate, by its name in the model that leaves the residual.
         coordinate: String,
     },
     /// The inertia of an elastic coordinate varies from pose to pose.
     InertiaByPose {
-        /// Its elastic coordinate, of the model with the causes.
+        /// Its elastic coordinate, by its name in the model that leaves the residual.
         coordinate: String,
     },
     /// All modes of a pose are off together.

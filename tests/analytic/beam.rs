@@ -224,6 +224,18 @@ fn a_length_that_no_link_has_is_refused() {
         let told = refused(bent, "one", &parameters);
         assert!(told.contains(what), "{told}");
     }
+    // Where no tip is named, it is the farthest link that a joint moves.
+    let mut of_no_tip = Bent::default().description(&[("position", 0.5)]);
+    of_no_tip.elastic_joints = two_link().elastic_joints;
+    of_no_tip.joints.reverse();
+    let moved = |joint: &&Joint| joint.kind.moves();
+    let deepest = of_no_tip.joints.iter().filter(moved).find(|joint| {
+        !of_no_tip.joints.iter().any(|other| other.kind.moves() && other.parent == joint.child)
+    });
+    of_no_tip.corrections[0].at = deepest.map(|joint| joint.child.clone());
+    of_no_tip.tip = None;
+    let faults = Robot::new(&of_no_tip).map(|_| ()).unwrap_err();
+    assert!(faults.iter().any(|fault| fault.what.contains("at is the tip's link")), "{faults:?}");
     let mut twice = Bent::default().description(&[("position", 0.5)]);
     twice.elastic_joints = two_link().elastic_joints;
     twice.corrections.push(twice.corrections[0].clone());

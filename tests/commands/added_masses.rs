@@ -25,7 +25,7 @@ fn storeys_hz(masses_kg: &[f64; 4], springs: &[f64; 4]) -> Vec<f64> {
     hz
 }
 
-/// At one pose, ten added masses part a storey that is softer from a floor that is heavier.
+/// At one pose, ten states with added masses part a storey that is softer from a floor that is heavier.
 #[test]
 fn added_masses_part_a_softer_storey_from_a_heavier_floor() {
     const MASSES_KG: [f64; 4] = [20.0, 18.0, 16.0, 14.0];
@@ -54,7 +54,7 @@ fn added_masses_part_a_softer_storey_from_a_heavier_floor() {
     let mut states: Vec<[f64; 4]> = vec![[0.0; 4], [3.0, 0.0, 0.0, 3.0], [0.0, 3.0, 3.0, 0.0]];
     states.extend((0..4).flat_map(|floor| [one(floor, 3.0), one(floor, 6.0)]));
     let robot = folder.path().join("robot.yaml");
-    let found = |softer: f64, heavier: f64| -> Value {
+    let diagnosed = |softer: f64, heavier: f64| -> Value {
         let mut table: String =
             (1..5).map(|n| format!("storey_{n}_m,mass_floor_{n}_kg,f{n}_hz,")).collect();
         table = table.trim_end_matches(',').to_owned() + "\n";
@@ -80,7 +80,7 @@ fn added_masses_part_a_softer_storey_from_a_heavier_floor() {
         (0.843, 1.0, "joint_stiffness", "storey_1", 0.843 * SPRINGS[0]),
         (1.0, 1.186, "link_inertia", "floor_4", 1.186),
     ] {
-        let found = found(softer, heavier);
+        let found = diagnosed(softer, heavier);
         assert_eq!(found["verdict"], "explained");
         let [first] = &found["findings"].as_array().unwrap()[..] else { panic!("{found}") };
         assert_eq!((first["cause"].as_str(), first["at"].as_str()), (Some(cause), Some(at)));

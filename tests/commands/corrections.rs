@@ -95,6 +95,14 @@ fn a_local_mode_is_the_parts_frequency_or_its_mass() {
             assert!((found / expected - 1.0).abs() < 1e-6, "{found:?}, must be {expected:?}");
         }
     }
+    // Two parts may hang on one link.
+    let two = [rigid, &rigid.replace("1e6", "9e5").replace("mass_kg: 6", "mass_kg: 3")];
+    let nine = mass.replace("mass_kg: 6", "mass_kg: 9");
+    for (found, expected) in frequencies(&two).iter().zip(&frequencies(&[&nine])) {
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found:?}, must be {expected:?}");
+        }
+    }
 }
 
 /// A part too light for the arm to feel it moves no tool tip in the model: nobody knows what it does to the cut.

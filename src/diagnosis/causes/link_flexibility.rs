@@ -56,7 +56,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
         let own = arm.description.links.iter().find(|link| link.name == body.name);
         let has_mass = own.and_then(|own| own.inertial).is_some_and(|own| own.mass_kg > 0.0);
         let mut ends = arm.description.joints.iter().filter(|joint| joint.parent == body.name);
-        // The tool stands on the frame of the tip's link, before all in which that link bends.
+        // A hinge within the tip's own link would leave the tool behind.
         let is_tip = body.name == arm.tip;
         let is_beam =
             has_mass && !is_tip && ends.any(|end| end.origin.translation.vector.norm() > 0.0);

@@ -13,8 +13,11 @@ impl Description {
         for (index, correction) in self.corrections.iter().enumerate() {
             let mut check = Check { description: self, correction, found: Vec::new() };
             check.run();
+            // Parts that hang on one link are told apart.
             let is_same = |own: &Correction| {
-                own.hinge.is_some() && (own.cause, &own.at) == (correction.cause, &correction.at)
+                own.cause != Cause::LocalMode
+                    && own.hinge.is_some()
+                    && (own.cause, &own.at) == (correction.cause, &correction.at)
             };
             let before = self.corrections[..index].iter().position(is_same);
             if let Some(before) = before.filter(|_| correction.hinge.is_some()) {
@@ -165,18 +168,38 @@ impl Check<'_> {
         }
     }
 
-    /// The tool stands on the frame of the tip's link, which is before all in which that link
-    /// bends.
+    /// A hinge within the tip's own link would leave the tool behind, which stands on the frame of
+    /// that link.
     fn leaves_the_tip(&mut self) {
         let carries = self.correction.hinge.as_ref().map(|hinge| hinge.carries);
-        let at = self.correction.at.as_deref();
-        let last = self.description.joints.iter().rfind(|joint| joint.kind.moves());
-        let tip = self.description.tip.as_deref().or(last.map(|joint| joint.child.as_str()));
-        if carries.is_some_and(|carries| carries != Carries::Link) && at.is_some() && at == tip {
-            let what = "at is the tip's link, which cannot bend before its tool: add a link fixed \
-                        to its end to the URDF, and make that the tip";
+        let Some(at) = self.correction.at.as_deref() else { return };
+        let of_joint = self.description.joints.iter().find(|joint| joint.name == at);
+        let is_joint = self.correction.cause == Cause::TransverseCompliance;
+        let link = of_joint.filter(|_| is_joint).map_or(at, |joint| joint.child.as_str());
+        if carries.is_some_and(|carries| carries != Carries::Link) && self.may_be_tip(link) {
+            let what = "at is the tip's link, whose tool would not move with the hinge: set \
+                        carries: link, or add a link fixed to its end to the URDF and make that \
+                        the tip";
             self.refuse("at", what.to_owned());
         }
+    }
+
+    /// Whether a link is the tip, or where none is named one of the farthest that a joint moves.
+    fn may_be_tip(&self, link: &str) -> bool {
+        let Description { tip, joints, .. } = self.description;
+        if let Some(tip) = tip {
+            return tip == link;
+        }
+        let parent = |of: &&str| {
+            let joint = joints.iter().find(|joint| joint.child == **of);
+            joint.map(|joint| joint.parent.as_str())
+        };
+        // Of a tree with a circle no more than its joints.
+        let depth = |of: &str| {
+            std::iter::successors(Some(of), |at| parent(at)).take(joints.len() + 1).count()
+        };
+        let moved = || joints.iter().filter(|joint| joint.kind.moves()).map(|j| j.child.as_str());
+        moved().any(|own| own == link) && moved().map(depth).max() == Some(depth(link))
     }
 
     /// A length over which a link bends, about its middle: compliance is nowhere below zero, and
