@@ -124,8 +124,8 @@ fn a_table_that_drifts_knows_no_mode_better_than_its_drift() {
 /// a form promises much, and though two causes fit with fewer parameters.
 #[test]
 fn forms_whose_starts_promise_little_are_found_alone() {
-    for kind in ["base6", "hung"] {
-        let case = Case::draw(kind, 403).unwrap();
+    for (kind, seed) in [("base6", 303), ("hung", 403)] {
+        let case = Case::draw(kind, seed).unwrap();
         let score = judge(&case, tempfile::tempdir().unwrap().path()).unwrap();
         let [found] = &score.findings[..] else { panic!("{kind}: {:?}", score.findings) };
         assert!(found.starts_with(case.hidden[0].cause), "{kind}: {found}");
