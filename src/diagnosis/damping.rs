@@ -10,7 +10,7 @@ use super::mechanics::Mechanics;
 use super::outcome::LearnedDamping;
 use super::predict::participation;
 use super::problem::Problem;
-use crate::model::{Damping, Robot};
+use crate::model::Damping;
 use crate::statistics::{median, rms};
 
 /// What the file says may be off by this factor either way, about: few measure damping.
@@ -39,22 +39,17 @@ fn learned(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Vec<LearnedDamping>> 
         points.iter().filter_map(of_point)
     };
     let typical = median(measured().map(|(_, zeta)| zeta).collect())?;
-    let mut description = problem.description.clone();
-    let corrections = fit.hypothesis.corrections();
-    let here = Mechanics::new(problem.description, &corrections, &problem.data.rows)?;
-    let energies = participation(here, problem.data)?;
-    description.corrections.extend(corrections);
-    let robot = Robot::of(description.clone())?;
-    let told: Vec<f64> = robot
-        .coordinates()
+    let mut here = Mechanics::new(problem.description, &fit.hypothesis.corrections(), rows)?;
+    let energies = participation(&mut here, problem.data)?;
+    let coordinates = here.robot(rows.first()?)?.coordinates();
+    let told: Vec<f64> = coordinates
         .iter()
         .map(|coordinate| match coordinate.damping {
             Damping::Ratio(zeta) => zeta,
-            Damping::Viscous(_) => description.default_damping_ratio,
+            Damping::Viscous(_) => problem.description.default_damping_ratio,
         })
         .collect();
-    let joints: Vec<usize> =
-        (0..told.len()).filter(|&i| robot.coordinates()[i].joint.is_some()).collect();
+    let joints: Vec<usize> = (0..told.len()).filter(|&i| coordinates[i].joint.is_some()).collect();
     let shares: Vec<(Vec<f64>, f64)> = measured()
         .filter_map(|(point, zeta)| {
             let parts = energies[point.row].get(point.column)?;
@@ -95,7 +90,7 @@ fn learned(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Vec<LearnedDamping>> 
         let std = covariance[(k, k)].sqrt();
         let is_informed = std * precision[k].sqrt() < INFORMED;
         is_informed.then(|| LearnedDamping {
-            joint: robot.coordinates()[i].name.clone(),
+            joint: coordinates[i].name.clone(),
             damping_ratio: (told[i] + moved[k]).clamp(LEAST, 0.99),
             std,
         })
@@ -109,6 +104,7 @@ mod tests {
     use super::super::hypothesis::Hypothesis;
     use super::*;
     use crate::model::ElasticJoint;
+    use crate::model::Robot;
     use crate::modes::Modes;
 
     /// Against the damping that the modal solver gives joints of known damping.

@@ -69,7 +69,7 @@ impl<'c> Known<'c> {
             .zip(begun)
             .map(|(asked, begun)| match begun {
                 Some(begun) if asked.added.is_some() => problem.optimise(begun),
-                Some(begun) => problem.optimise(better(problem, begun, asked.given)),
+                Some(begun) => problem.optimise(better_start(problem, begun, asked.given)),
                 None => problem.fit(&asked.given, asked.added, starts),
             })
             .collect();
@@ -99,7 +99,7 @@ impl<'c> Known<'c> {
 
 /// Of two starts of the same causes the one that fits better before anything moves: what was
 /// taken from a larger set may stand in a better valley than the last fit of these causes alone.
-fn better<'c>(problem: &Problem<'_>, a: Hypothesis<'c>, b: Hypothesis<'c>) -> Hypothesis<'c> {
+fn better_start<'c>(problem: &Problem<'_>, a: Hypothesis<'c>, b: Hypothesis<'c>) -> Hypothesis<'c> {
     if a.inner() == b.inner() {
         return a;
     }

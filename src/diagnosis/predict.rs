@@ -124,7 +124,7 @@ pub(super) fn predict(
 /// How much of each mode's energy is in each elastic coordinate of a model at the rows of a table,
 /// by row, mode and coordinate: d ln f by ln of the spring (half the share of the strain energy),
 /// and by the coordinate's own inertia.
-pub(super) fn participation(mut here: Mechanics, data: &Data) -> Option<Vec<Vec<Vec<[f64; 2]>>>> {
+pub(super) fn participation(here: &mut Mechanics, data: &Data) -> Option<Vec<Vec<Vec<[f64; 2]>>>> {
     let n = here.mass().nrows();
     let mut rows = Vec::new();
     let mut pencil = Pencil::new(n);

@@ -20,10 +20,11 @@ pub(super) const SIGNIFICANCE: f64 = 0.005;
 /// The shape that the residuals of `fit` follow most clearly, and the one that would be the best
 /// explanation; `None` if there are too few points for any.
 pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structures> {
-    let mut shapes = Shapes::new(problem, fit)?.smooth();
+    let of_all = Shapes::new(problem, fit)?;
+    let mut shapes = of_all.smooth();
     let found = match problem.data.thinned() {
         None => {
-            shapes.extend(Shapes::new(problem, fit)?.by_pose());
+            shapes.extend(of_all.by_pose());
             tested(problem.data, fit, &shapes, shapes.len())
         }
         Some(few) => {
@@ -203,10 +204,12 @@ struct Shapes<'d> {
 impl<'d> Shapes<'d> {
     fn new(problem: &Problem<'d>, fit: &Fit<'_>) -> Option<Self> {
         let data = problem.data;
-        let here = Mechanics::new(problem.description, &fit.hypothesis.corrections(), &data.rows)?;
+        let mut here =
+            Mechanics::new(problem.description, &fit.hypothesis.corrections(), &data.rows)?;
         let coordinates = here.robot(data.rows.first()?)?.coordinates();
         let coordinates = coordinates.iter().map(|own| own.name.clone()).collect();
-        Some(Self { data, coordinates, energies: participation(here, data)? })
+        let energies = participation(&mut here, data)?;
+        Some(Self { data, coordinates, energies })
     }
 
     fn column(&self, of: &dyn Fn(usize) -> f64) -> Vec<f64> {
