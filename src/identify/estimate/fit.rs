@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::block::{Block, C64, Pole};
+use super::given_noise::{self, Left};
 use super::noise;
 use super::projection::{Projection, dot};
 use super::unexplained::{Unexplained, unexplained};
@@ -212,13 +213,7 @@ impl Share {
         projection.remove(&mut residual);
         // Of each change D only what lies outside the span Q of the columns counts:
         // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
-        let mut changes: Vec<Vec<f64>> = Vec::new();
-        for ((pairs, pole), (first, _)) in pairs.iter().zip(poles).zip(block.columns_of(poles)) {
-            for change in changes_of(pairs, pole, &factors[first..], weights.len()) {
-                changes.push(rows(&change, weights));
-            }
-        }
-        let changes = matrix(residual.len(), changes);
+        let changes = changes(block, poles, pairs, &factors, weights);
         let shares = projection.shares(changes.as_view());
         let normal = changes.transpose() * &changes - shares.transpose() * &shares;
         let gradient = changes.column_iter().map(|change| dot(change.as_slice(), &residual));
@@ -231,6 +226,23 @@ impl Share {
         let part = Part { block: at, response, projection, factors, sensitivities, residual };
         Self { part, sum_of_squares, normal, gradient }
     }
+}
+
+/// Change of a weighted spectrum with both parts of each parameter of each pole in turn.
+fn changes(
+    block: &Block,
+    poles: &[Pole],
+    pairs: &[Vec<Pair>],
+    factors: &[f64],
+    weights: &[f64],
+) -> DMatrix<f64> {
+    let mut changes: Vec<Vec<f64>> = Vec::new();
+    for ((pairs, pole), (first, _)) in pairs.iter().zip(poles).zip(block.columns_of(poles)) {
+        for change in changes_of(pairs, pole, &factors[first..], weights.len()) {
+            changes.push(rows(&change, weights));
+        }
+    }
+    matrix(2 * weights.len(), changes)
 }
 
 /// Change of a pole's share of a spectrum with both parts of each of its parameters; `factors` are
@@ -312,9 +324,20 @@ impl Fit {
         self
     }
 
+    /// How a response changes with the poles where its residues do not follow, weighted, by both
+    /// parts of each parameter of each pole in turn.
+    pub(super) fn changes(&self, blocks: &[Block], part: &Part) -> DMatrix<f64> {
+        let block = &blocks[part.block];
+        let pairs: Vec<Vec<Pair>> = self.poles.iter().map(|pole| pairs_of(block, pole)).collect();
+        let weights = weights(&self.noise[part.block][part.response]);
+        let changes = changes(block, &self.poles, &pairs, &part.factors, &weights);
+        let shares = part.projection.shares(changes.as_view());
+        changes - part.projection.span() * shares
+    }
+
     /// Powers of the residual in the unit of the spectrum, and the fraction of noise that the fit
     /// absorbed, line by line.
-    fn remaining(&self, part: &Part) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn remaining(&self, part: &Part) -> (Vec<f64>, Vec<f64>) {
         let variances = &self.noise[part.block][part.response];
         let lines = variances.len();
         let leverages = part.projection.leverages(2 * lines);
@@ -350,11 +373,41 @@ impl Fit {
         all
     }
 
+    /// The noise of responses that an analyser made without a window, as the residual shows it.
+    fn noise_without_window(&self, blocks: &[Block]) -> Noise {
+        let left = |part: &Part| {
+            let (powers, taken) = self.remaining(part);
+            let spectrum = &blocks[part.block].spectra[part.response];
+            let fitted = self.fitted(part, spectrum).iter().map(C64::norm_sqr).collect();
+            Left { powers, taken, fitted, strongest: strongest(spectrum) }
+        };
+        let of = |at: usize| -> Vec<Left> {
+            self.evaluation.parts.iter().filter(|part| part.block == at).map(left).collect()
+        };
+        (0..blocks.len()).map(|at| given_noise::variances(&of(at))).collect()
+    }
+
+    /// The fit on the lines of a spectrum.
+    pub(super) fn fitted(&self, part: &Part, spectrum: &[C64]) -> Vec<C64> {
+        let weights = weights(&self.noise[part.block][part.response]);
+        let lines = spectrum.len();
+        let residual = |k: usize| C64::new(part.residual[k], part.residual[lines + k]) / weights[k];
+        spectrum.iter().enumerate().map(|(k, value)| value - residual(k)).collect()
+    }
+
     /// With the lines weighted by the noise of the residual, and the poles moved accordingly.
-    pub(super) fn reweighted(mut self, blocks: &[Block]) -> Self {
+    pub(super) fn reweighted(self, blocks: &[Block]) -> Self {
+        self.weighted_by(blocks, |fit| fit.noise_by(blocks, noise::smooth))
+    }
+
+    /// The same of responses that an analyser made without a window.
+    pub(super) fn reweighted_without_window(self, blocks: &[Block]) -> Self {
+        self.weighted_by(blocks, |fit| fit.noise_without_window(blocks))
+    }
+
+    fn weighted_by(mut self, blocks: &[Block], noise: impl Fn(&Self) -> Noise) -> Self {
         for _ in 0..3 {
-            let noise = self.noise_by(blocks, noise::smooth);
-            let Some(fit) = Self::at(blocks, noise, self.poles.clone()) else { return self };
+            let Some(fit) = Self::at(blocks, noise(&self), self.poles.clone()) else { return self };
             self = fit.refined(blocks, FULL);
         }
         self

@@ -18,8 +18,10 @@ mod basis;
 mod block;
 mod drift;
 mod fit;
+mod given_noise;
 pub(super) mod hann;
 mod impacts;
+mod leakage;
 pub(super) mod lscf;
 mod noise;
 pub(super) mod peaks;
@@ -35,7 +37,7 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIter
 
 use bands::Band;
 pub(super) use block::{Block, C64, ForceSample, OF_SENSORS, Origin, Pole};
-use fit::{Fit, Part, parameters_of, weights};
+use fit::{Fit, Part, parameters_of};
 use window::{Doubt, Rival, share_of_rival};
 
 use crate::statistics::chi_squared_bound;
@@ -117,8 +119,8 @@ pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole], most: usize) -> Op
         }
         rival = Rival::of(blocks, &fit);
     }
-    if let Some(sure) = rival.as_ref().and_then(|rival| rival.without_leakage(blocks, &fit)) {
-        (blocks[0].drive_error, fit) = sure;
+    if let Some(rival) = &rival {
+        fit = rival.without_leakage(blocks, fit);
     }
     let doubt = rival.map(|rival| Doubt { share: share_of_rival(rival.gain), poles: rival.poles });
     report(blocks, &fit, doubt.as_ref())
@@ -170,13 +172,13 @@ fn in_bands(
         let fit = Fit::at(cut, fit.noise.clone(), poles)?.refined(cut, fit::FULL).reweighted(cut);
         let is_linear = !has_twins(cut, &fit) && drift::drifting(cut, &fit).is_none();
         if is_linear || fits_together {
-            let (mut cut, mut fit) = (cut.clone(), fit);
-            let rival = Rival::of(&cut, &fit).map(|rival| Rival { gain, ..rival });
-            if let Some(sure) = rival.as_ref().and_then(|own| own.without_leakage(&cut, &fit)) {
-                (cut[0].drive_error, fit) = sure;
-            }
+            let rival = Rival::of(cut, &fit).map(|rival| Rival { gain, ..rival });
+            let fit = match &rival {
+                Some(rival) => rival.without_leakage(cut, fit),
+                None => fit,
+            };
             let doubt = rival.map(|rival| Doubt { share, poles: rival.poles });
-            return report(&cut, &fit, doubt.as_ref()).filter(|_| is_linear);
+            return report(cut, &fit, doubt.as_ref()).filter(|_| is_linear);
         }
         let (cut, fit) = with_own_drift(cut, fit);
         report(&cut, &determined(&cut, fit)?, None)
@@ -335,11 +337,16 @@ fn drop_outside_band(blocks: &[Block], fit: &mut Fit) {
 
 fn report(blocks: &[Block], fit: &Fit, doubt: Option<&Doubt>) -> Option<Estimate> {
     let shared = shared_lines(blocks, fit);
-    let covariance = fit.covariance()? * shared;
+    let scatter = leakage::under_window(blocks, fit);
+    let covariance = match &scatter {
+        Some(scatter) => scatter.covariance.clone(),
+        None => fit.covariance()? * shared,
+    };
     let (firsts, _) = parameters_of(&fit.poles);
     let own: Vec<usize> = (0..fit.poles.len()).filter(|&at| !fit.poles[at].is_held).collect();
     let of = |&at: &usize| {
-        let pole = pole_estimate(blocks, fit, at, firsts[at], &covariance, shared);
+        let expected = scatter.as_ref().map(|scatter| scatter.expected[at]);
+        let pole = pole_estimate(blocks, fit, at, firsts[at], &covariance, shared, expected);
         doubt.map_or_else(|| pole.clone(), |doubt| doubt.widen(&pole, at))
     };
     let mut poles: Vec<PoleEstimate> = own.iter().map(of).collect();
@@ -359,12 +366,21 @@ fn report(blocks: &[Block], fit: &Fit, doubt: Option<&Doubt>) -> Option<Estimate
     })
 }
 
-/// How many lines share an error in what an analyser made, which has that much less to tell; lines
-/// of a record have each their own.
+/// How many lines share an error near the modes of what an analyser made, which has that much less
+/// to tell; lines of a record have each their own. What bends over many lines elsewhere moves no
+/// pole.
 fn shared_lines(blocks: &[Block], fit: &Fit) -> f64 {
-    let is_given = |part: &&Part| blocks[part.block].is_given();
-    let parts = fit.evaluation.parts.iter().filter(is_given);
-    noise::shared_lines(parts.map(|part| part.residual.as_slice()))
+    let near = |part: &Part| -> Vec<Vec<f64>> {
+        let lines = blocks[part.block].omega.len();
+        let own = |pole: &Pole| {
+            let near = lines_near(&blocks[part.block].omega, pole);
+            let imaginary = lines + near.start..lines + near.end;
+            [&part.residual[near], &part.residual[imaginary]].concat()
+        };
+        fit.poles.iter().filter(|pole| !pole.is_held).map(own).collect()
+    };
+    let parts = fit.evaluation.parts.iter().filter(|part| blocks[part.block].is_given());
+    noise::shared_lines(parts.flat_map(near))
 }
 
 /// The fit on the lines of each spectrum, by block and response.
@@ -372,11 +388,7 @@ fn fitted(blocks: &[Block], fit: &Fit) -> Vec<Vec<Vec<C64>>> {
     let mut fitted: Vec<Vec<Vec<C64>>> = blocks.iter().map(|_| Vec::new()).collect();
     for part in &fit.evaluation.parts {
         let spectrum = &blocks[part.block].spectra[part.response];
-        let weights = weights(&fit.noise[part.block][part.response]);
-        let lines = spectrum.len();
-        let residual = |k: usize| C64::new(part.residual[k], part.residual[lines + k]) / weights[k];
-        fitted[part.block]
-            .push(spectrum.iter().enumerate().map(|(k, v)| v - residual(k)).collect());
+        fitted[part.block].push(fit.fitted(part, spectrum));
     }
     fitted
 }
@@ -390,9 +402,10 @@ fn pole_estimate(
     first: usize,
     covariance: &DMatrix<f64>,
     shared: f64,
+    expected: Option<f64>,
 ) -> PoleEstimate {
     let pole = &fit.poles[at];
-    let misfit = misfit_near(blocks, fit, pole);
+    let misfit = misfit_near(blocks, fit, pole, expected);
     let own = Matrix2::from_fn(|i, j| covariance[(first + i, first + j)]);
     let (omega, s, w) = (pole.omega(), pole.lambda.re, pole.lambda.im);
     let by_omega = Vector2::new(s, w) / omega;
@@ -415,17 +428,10 @@ fn pole_estimate(
     }
     let drift = unexplained::drift_of(blocks, pole);
     let [of_omega, of_ratio] = unexplained::model_error(blocks, drift);
-    let leakage = leakage_error(blocks, pole);
-    let by_window = if blocks.iter().any(is_windowed) { UNDER_WINDOW } else { [1.0; 2] };
     PoleEstimate {
         pole: *pole,
-        omega_std: (by_window[0]
-            * misfit.sqrt()
-            * deviation(by_omega).hypot(LEAKAGE_OF_OMEGA * leakage))
-        .hypot(omega * of_omega),
-        ratio_std: (by_window[1] * misfit.sqrt() * deviation(by_ratio))
-            .hypot(of_ratio)
-            .hypot(leakage / omega),
+        omega_std: (misfit.sqrt() * deviation(by_omega)).hypot(omega * of_omega),
+        ratio_std: (misfit.sqrt() * deviation(by_ratio)).hypot(of_ratio),
         residues,
         prominence,
         drift: pole.drifts().then_some(drift.im),
@@ -440,80 +446,48 @@ struct Leaves {
     left: f64,
     /// Of so many values, but for those that residues take.
     values: f64,
-    /// Square of the decay rate over a line; infinite of records.
-    narrowest: f64,
 }
 
-fn leaves(blocks: &[Block], fit: &Fit, pole: &Pole) -> Leaves {
+/// From a line to the next, rad/s.
+fn apart(omega: &[f64]) -> f64 {
+    omega.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0])
+}
+
+/// The lines that tell of a pole.
+fn lines_near(omega: &[f64], pole: &Pole) -> std::ops::Range<usize> {
     /// Decay rates and lines to either side.
     const RATES: f64 = 4.0;
     const LINES: f64 = 4.0;
-    let mut near = Leaves { left: 0.0, values: 0.0, narrowest: f64::INFINITY };
+    let reach = (RATES * pole.lambda.re.abs()).max(LINES * apart(omega));
+    let below = |limit: f64| omega.partition_point(|w| *w < limit);
+    below(pole.omega() - reach)..below(pole.omega() + reach)
+}
+
+fn leaves(blocks: &[Block], fit: &Fit, pole: &Pole) -> Leaves {
+    let mut near = Leaves { left: 0.0, values: 0.0 };
     for part in fit.evaluation.parts.iter().filter(|part| blocks[part.block].is_given()) {
         let omega = &blocks[part.block].omega;
-        let line = omega.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0]);
-        let reach = (RATES * pole.lambda.re.abs()).max(LINES * line);
-        let from = omega.partition_point(|w| *w < pole.omega() - reach);
-        let to = omega.partition_point(|w| *w <= pole.omega() + reach);
+        let std::ops::Range { start: from, end: to } = lines_near(omega, pole);
         let own = |k: usize| part.residual[k].powi(2) + part.residual[omega.len() + k].powi(2);
         near.left += (from..to).map(own).sum::<f64>();
         // The residue takes two of them.
         near.values += 2.0 * (to - from) as f64 - 2.0;
-        near.narrowest = near.narrowest.min((pole.lambda.re / line).powi(2));
     }
     near
 }
 
-/// What is left about a pole over what sensors and leakage are allowed there: how many stretches
-/// were averaged nobody says, but what is left shows it. 1 for records. Few lines say little: they
-/// count beside some that leave what is allowed. Of a peak that is narrower than a line, what leaks
-/// is one error on all lines and leaves nothing: there no less than what is allowed is believed.
-fn misfit_near(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
+/// What is left about a pole over what sensors and noise are allowed there, or over what is
+/// `expected`, which is believed where less is left. 1 for records. Few lines say little: they
+/// count beside some that leave what is allowed.
+fn misfit_near(blocks: &[Block], fit: &Fit, pole: &Pole, expected: Option<f64>) -> f64 {
     /// Values that are taken to be as allowed.
     const ALLOWED: f64 = 3.0;
-    let Leaves { left, values, narrowest } = leaves(blocks, fit, pole);
-    // The pole takes two.
-    let misfit = (ALLOWED + left) / (ALLOWED + (values - 2.0).max(0.0));
-    let resolved = resolved(blocks, narrowest);
-    misfit.max(1.0 - resolved * (1.0 - misfit))
-}
-
-fn is_windowed(block: &Block) -> bool {
-    matches!(block.origin, Origin::Responses { hann_s: Some(_) })
-}
-
-/// How far lines resolve a peak whose decay rate over a line has this square: what leaks under a
-/// window is one error on all lines near a narrow one. Without a window nothing does.
-fn resolved(blocks: &[Block], square: f64) -> f64 {
-    const NARROW: f64 = 16.0;
-    if square.is_finite() && blocks.iter().any(is_windowed) {
-        NARROW * square.powi(2) / (1.0 + NARROW * square.powi(2))
-    } else {
-        1.0
+    let Leaves { left, values } = leaves(blocks, fit, pole);
+    match expected {
+        Some(expected) => ((ALLOWED + left) / (ALLOWED + expected)).max(1.0),
+        // The pole takes two.
+        None => (ALLOWED + left) / (ALLOWED + (values - 2.0).max(0.0)),
     }
-}
-
-/// Of the error of a decay rate by leakage, what remains in the frequency.
-const LEAKAGE_OF_OMEGA: f64 = 0.25;
-
-/// Neighbouring lines share errors under a Hann window: in simulated averages these move
-/// frequencies less, and damping more, than errors of each line alone.
-const UNDER_WINDOW: [f64; 2] = [0.85, 1.15];
-
-/// Standard deviation of the decay rate, rad/s, of a peak that is narrower than the lines of
-/// responses that an analyser made: what leaks is one error on all lines near the peak, and not one
-/// on each.
-fn leakage_error(blocks: &[Block], pole: &Pole) -> f64 {
-    /// Of a peak much narrower than a line, lines.
-    const OF_NARROW: f64 = 0.3;
-    let of = |block: &Block| match (&block.origin, &block.omega[..]) {
-        (Origin::Responses { .. }, [first, second, ..]) => {
-            let line = second - first;
-            OF_NARROW * line * (1.0 - resolved(blocks, (pole.lambda.re / line).powi(2)))
-        }
-        _ => 0.0,
-    };
-    blocks.iter().map(of).fold(0.0, f64::max)
 }
 
 /// The residue whose columns begin at `place`; its variance has shares of the noise and of the

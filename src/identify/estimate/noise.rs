@@ -33,7 +33,47 @@ pub(super) fn floor(powers: &[f64], strongest: f64) -> Vec<f64> {
 /// Variance of the complex value of each line by local means; `taken` is the fraction of each
 /// line's noise that the fit has absorbed.
 pub(super) fn smooth(powers: &[f64], taken: &[f64], strongest: f64) -> Vec<f64> {
-    let lines = powers.len();
+    let free = taken.iter().map(|taken| 1.0 - taken);
+    local_means(powers.iter().copied(), free, 0.5)
+        .into_iter()
+        .map(|level| level.max(ROUNDING * strongest))
+        .collect()
+}
+
+/// The same of the noise beside a `known` one: lines count as far as they tell of it, at the level
+/// that it had before.
+pub(super) fn beside(
+    powers: &[f64],
+    taken: &[f64],
+    known: &[f64],
+    before: &[f64],
+    strongest: f64,
+) -> Vec<f64> {
+    /// Least change of the level in a step, so that it stays above zero.
+    const LEAST: f64 = 0.1;
+    let weight: Vec<f64> = known
+        .iter()
+        .zip(before)
+        .map(|(known, before)| (before / (before + known).max(f64::MIN_POSITIVE)).powi(2))
+        .collect();
+    let lines = || powers.iter().zip(taken).zip(known).zip(&weight);
+    let own =
+        lines().map(|(((power, taken), known), weight)| weight * (power - (1.0 - taken) * known));
+    let free = lines().map(|(((_, taken), _), weight)| weight * (1.0 - taken));
+    local_means(own, free, f64::MIN_POSITIVE)
+        .iter()
+        .zip(before)
+        .map(|(level, before)| level.max(LEAST * before).max(ROUNDING * strongest))
+        .collect()
+}
+
+/// Sums of values over sums of weights, which are `least` or more, about each line.
+fn local_means(
+    values: impl ExactSizeIterator<Item = f64>,
+    weights: impl Iterator<Item = f64>,
+    least: f64,
+) -> Vec<f64> {
+    let lines = values.len();
     let reach = reach(lines);
     let sums = |values: &mut dyn Iterator<Item = f64>| {
         let mut sums = vec![0.0];
@@ -44,13 +84,12 @@ pub(super) fn smooth(powers: &[f64], taken: &[f64], strongest: f64) -> Vec<f64> 
         }
         sums
     };
-    let power = sums(&mut powers.iter().copied());
-    let free = sums(&mut taken.iter().map(|taken| 1.0 - taken));
+    let (mut values, mut weights) = (values, weights);
+    let (values, weights) = (sums(&mut values), sums(&mut weights));
     (0..lines)
         .map(|line| {
             let (from, to) = (line.saturating_sub(reach), (line + reach + 1).min(lines));
-            let free = (free[to] - free[from]).max(0.5);
-            ((power[to] - power[from]) / free).max(ROUNDING * strongest)
+            (values[to] - values[from]) / (weights[to] - weights[from]).max(least)
         })
         .collect()
 }
@@ -59,7 +98,7 @@ pub(super) fn smooth(powers: &[f64], taken: &[f64], strongest: f64) -> Vec<f64> 
 /// variance, real parts of all lines before imaginary ones, up to five times itself (Sokal, Monte
 /// Carlo methods in statistical mechanics, 1989, §3). White noise has 1, a Hann window makes 8/3 of
 /// it, and what a model does not describe bends over many lines.
-pub(super) fn shared_lines<'r>(residuals: impl Iterator<Item = &'r [f64]>) -> f64 {
+pub(super) fn shared_lines(residuals: impl Iterator<Item = Vec<f64>>) -> f64 {
     /// Lines that stand out are signal: they count as so many deviations.
     const MOST: f64 = 2.0;
     const WINDOW: f64 = 5.0;
@@ -71,7 +110,7 @@ pub(super) fn shared_lines<'r>(residuals: impl Iterator<Item = &'r [f64]>) -> f6
         };
         re.iter().zip(im).map(value).collect()
     };
-    let all: Vec<Vec<[f64; 2]>> = residuals.map(clipped).collect();
+    let all: Vec<Vec<[f64; 2]>> = residuals.map(|residual| clipped(&residual)).collect();
     let product = |lag: usize| -> f64 {
         let own = |e: &Vec<[f64; 2]>| -> f64 {
             e.iter().zip(e.iter().skip(lag)).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum()

@@ -137,6 +137,11 @@ impl Projection {
         (0..count).map(column).collect()
     }
 
+    /// Orthonormal columns that span what is projected on.
+    pub(super) fn span(&self) -> &DMatrix<f64> {
+        &self.q
+    }
+
     /// Leverage of each of so many rows: the fraction of its noise that the columns absorb.
     pub(super) fn leverages(&self, rows: usize) -> Vec<f64> {
         let mut sums = vec![0.0; rows];
