@@ -1,6 +1,10 @@
 //! Whether causes explain what a model gets wrong, whether the model is consistent, or the error is
 //! unexplained.
 
+use std::f64::consts::SQRT_2;
+
+use statrs::function::erf::erfc;
+
 use super::choose::Choice;
 use super::data::Data;
 use super::decorrelation::NoiseShape;
@@ -10,7 +14,7 @@ use super::problem::Problem;
 use super::settle::{is_no_noise, worst};
 use super::statistics::rms;
 use super::structure::{self, structure};
-use crate::statistics::correlation;
+use crate::statistics::{correlation, signed_rank};
 use crate::uncertainty::uncalibrated_std_ln;
 
 /// An error without structure is noise up to here, share of the frequency: hammer tests of arms
@@ -76,15 +80,22 @@ impl Judged {
         };
         // A robust level knows nothing of the frequencies that are far off.
         let largest = 2.0 * MAX_NOISE_OF_MODE.max(most);
-        let is_far_off = |mode: usize| {
+        let of_mode = |mode: usize| {
             let own = data.points.iter().zip(&choice.baseline.evaluation.innovations);
-            rms(own.filter(|(point, _)| point.column == mode).map(|(_, r)| r)) > largest
+            own.filter(move |(point, _)| point.column == mode).map(|(_, r)| r)
+        };
+        let is_far_off = |mode: usize| rms(of_mode(mode)) > largest;
+        // As a wide noise of one mode passes for what another mode beside it does at some poses.
+        let is_one_sided = |mode: usize| {
+            let own: Vec<f64> = of_mode(mode).flatten().copied().collect();
+            let p_value = erfc(signed_rank(&own).abs() / SQRT_2);
+            p_value * (data.columns as f64) < structure::SIGNIFICANCE
         };
         let wrong_row = worst(data, &choice.baseline.evaluation, is_no_noise);
         let is_noise = before.is_none()
             && wrong_row.is_none()
             && is_small(&choice.baseline)
-            && !(0..data.columns).any(is_far_off);
+            && !(0..data.columns).any(|mode| is_far_off(mode) || is_one_sided(mode));
         if choice.best.fit.hypothesis.effects.is_empty() {
             return Self { is_noise, causes: None, wrong_row, after: before.clone(), before };
         }
