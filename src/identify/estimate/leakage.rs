@@ -135,8 +135,6 @@ const MOST_OF_SENSORS: f64 = 0.1;
 struct Seen {
     /// J_re − iJ_im by line and parameter, so that the gradient of a weighted error e is Re Σ J e.
     turned: DMatrix<C64>,
-    /// J as it is.
-    changes: DMatrix<f64>,
     residues: Vec<C64>,
     weights: Vec<f64>,
     /// Weighted size of the noise by line.
@@ -160,7 +158,14 @@ impl Seen {
         let level = level(spectrum, &fitted);
         let level =
             level.iter().zip(&weights).map(|(power, weight)| power.sqrt() * weight).collect();
-        Self { turned, changes, residues, weights, level, fitted }
+        Self { turned, residues, weights, level, fitted }
+    }
+
+    /// The gradient of an error by line.
+    fn moved_by(&self, error: &[C64]) -> DVector<f64> {
+        let weighted = error.iter().zip(&self.weights).map(|(e, weight)| e * *weight);
+        let weighted = DVector::from_iterator(error.len(), weighted);
+        self.turned.tr_mul(&weighted).map(|moved| moved.re)
     }
 }
 
@@ -283,8 +288,8 @@ impl Share {
                     seen.fitted[k] * turn * (size * angle.cos())
                 };
                 let varied: Vec<C64> = (0..lines).map(at).collect();
+                let moved = seen.moved_by(&varied);
                 let mut varied = rows(&varied, &seen.weights);
-                let moved = seen.changes.tr_mul(&DVector::from_column_slice(&varied));
                 self.meat += &moved * moved.transpose();
                 part.projection.remove(&mut varied);
                 for (k, square) in squares.iter_mut().enumerate() {
