@@ -34,7 +34,7 @@ pub fn rank_with_order(values: &[f64]) -> f64 {
 }
 
 /// Wilcoxon's signed ranks of values over their deviation where the values lie about zero, with the
-/// normal approximation; 0 of fewer than eight.
+/// normal approximation, ties in any order; 0 of fewer than eight.
 pub fn signed_rank(values: &[f64]) -> f64 {
     let mut values: Vec<f64> = values.iter().copied().filter(|v| *v != 0.0).collect();
     values.sort_by(|a, b| a.abs().total_cmp(&b.abs()));

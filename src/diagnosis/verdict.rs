@@ -89,7 +89,7 @@ impl Judged {
         let is_one_sided = |mode: usize| {
             let own: Vec<f64> = of_mode(mode).flatten().copied().collect();
             let p_value = erfc(signed_rank(&own).abs() / SQRT_2);
-            p_value * (data.columns as f64) < structure::SIGNIFICANCE
+            rms(of_mode(mode)) > most && p_value * (data.columns as f64) < structure::SIGNIFICANCE
         };
         let wrong_row = worst(data, &choice.baseline.evaluation, is_no_noise);
         let is_noise = before.is_none()

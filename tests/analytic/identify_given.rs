@@ -390,6 +390,7 @@ fn deviations_under_plain_noise_hold_the_truth() {
         }
         let share = held.iter().sum::<f64>() / (2.0 * all);
         println!("noise {what}: held {:.3?} of {all}", held.map(|held| held / all));
-        assert!((0.91..=0.99).contains(&share), "{what}: {share:.3} of {all}");
+        // Three deviations of 160 trials of 95 %.
+        assert!((0.90..=1.0).contains(&share), "{what}: {share:.3} of {all}");
     }
 }

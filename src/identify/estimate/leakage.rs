@@ -113,16 +113,17 @@ pub(super) fn under_window(blocks: &[Block], fit: &Fit) -> Option<Scatter> {
             .clamp(STRETCHES[1].recip(), STRETCHES[0].recip());
     }
     // Few lines tell little of their scatter: each pole and its residue take four values of them.
-    let free = near.iter().map(|near| near.len() as f64 - 4.0).sum::<f64>().max(3.0);
+    let own = fit.poles.iter().zip(&near).filter(|(pole, _)| !pole.is_held);
+    let free = own.map(|(_, near)| (near.len() as f64 - 4.0).max(0.0)).sum::<f64>().max(3.0);
     leakage *= free / (free - 2.0);
     let meat = of_leakage.meat * leakage + of_noise.meat + of_sensors.meat * sensors;
     let expected = |at: usize| {
         of_leakage.near[at] * leakage + of_noise.near[at] + of_sensors.near[at] * sensors
     };
-    Some(Scatter {
-        covariance: &inverse * meat * &inverse,
-        expected: (0..near.len()).map(expected).collect(),
-    })
+    let covariance = &inverse * meat * &inverse;
+    let is_finite = covariance.iter().all(|value| value.is_finite());
+    let expected = (0..near.len()).map(expected).collect();
+    is_finite.then_some(Scatter { covariance, expected })
 }
 
 /// Least and most stretches that an analyser averages.

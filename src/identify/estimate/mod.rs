@@ -448,9 +448,9 @@ struct Leaves {
     values: f64,
 }
 
-/// From a line to the next, rad/s.
+/// From a line to the next, rad/s; some may be left out.
 fn apart(omega: &[f64]) -> f64 {
-    omega.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0])
+    omega.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::min).unwrap_or(0.0)
 }
 
 /// The lines that tell of a pole.
@@ -459,8 +459,8 @@ fn lines_near(omega: &[f64], pole: &Pole) -> std::ops::Range<usize> {
     const RATES: f64 = 4.0;
     const LINES: f64 = 4.0;
     let reach = (RATES * pole.lambda.re.abs()).max(LINES * apart(omega));
-    let below = |limit: f64| omega.partition_point(|w| *w < limit);
-    below(pole.omega() - reach)..below(pole.omega() + reach)
+    let from = omega.partition_point(|w| *w < pole.omega() - reach);
+    from..omega.partition_point(|w| *w <= pole.omega() + reach)
 }
 
 fn leaves(blocks: &[Block], fit: &Fit, pole: &Pole) -> Leaves {

@@ -49,8 +49,8 @@ pub(super) fn beside(
     before: &[f64],
     strongest: f64,
 ) -> Vec<f64> {
-    /// Least change of the level in a step, so that it stays above zero.
-    const LEAST: f64 = 0.1;
+    /// Most that the level falls or rises by in a step, so that it stays above zero and finite.
+    const MOST: f64 = 10.0;
     let weight: Vec<f64> = known
         .iter()
         .zip(before)
@@ -63,7 +63,9 @@ pub(super) fn beside(
     local_means(own, free, f64::MIN_POSITIVE)
         .iter()
         .zip(before)
-        .map(|(level, before)| level.max(LEAST * before).max(ROUNDING * strongest))
+        .map(|(level, before)| {
+            level.max(before / MOST).min(before * MOST).max(ROUNDING * strongest)
+        })
         .collect()
 }
 

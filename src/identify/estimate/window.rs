@@ -23,7 +23,7 @@ impl Rival {
         /// What leaks is one error for all lines near a mode and for all responses: in simulated
         /// averages of few short stretches the wrong way is likelier by up to 7 in ln where each
         /// line counts as an error of its own.
-        const OF_LEAKAGE: f64 = 5.0;
+        const ERRORS_IN_ONE: f64 = 5.0;
         let [block @ Block { origin: Origin::Responses { hann_s }, .. }] = blocks else {
             return None;
         };
@@ -45,7 +45,7 @@ impl Rival {
             left / f64::max(values, 1.0)
         };
         let left = left((blocks, fit)).min(left((&other, &rival))).max(f64::MIN_POSITIVE);
-        let gain = 0.5 * (own - others) / (left * shared_lines(blocks, fit) * OF_LEAKAGE);
+        let gain = 0.5 * (own - others) / (left * shared_lines(blocks, fit) * ERRORS_IN_ONE);
         let [Block { origin, .. }] = other;
         Some(Self { origin, poles: rival.poles, gain })
     }
