@@ -326,7 +326,7 @@ impl Fit {
 
     /// How a response changes with the poles where its residues do not follow, weighted, by both
     /// parts of each parameter of each pole in turn.
-    pub(super) fn changes(&self, blocks: &[Block], part: &Part) -> DMatrix<f64> {
+    pub(super) fn projected_changes(&self, blocks: &[Block], part: &Part) -> DMatrix<f64> {
         let block = &blocks[part.block];
         let pairs: Vec<Vec<Pair>> = self.poles.iter().map(|pole| pairs_of(block, pole)).collect();
         let weights = weights(&self.noise[part.block][part.response]);

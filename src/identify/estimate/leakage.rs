@@ -63,7 +63,10 @@ pub(super) fn under_window(blocks: &[Block], fit: &Fit) -> Option<Scatter> {
         });
         of_noise.leave(&noisy.left_of(part), &near);
         for (k, l) in pairs(lines) {
-            let own = 0.5 * (noisy.0[k][l - k].0).re;
+            let own = 0.5 * noisy.0[k][l - k].0.re;
+            if own == 0.0 {
+                continue;
+            }
             of_noise.move_by(k == l, |p, q| {
                 own * (seen.turned[(k, p)] * seen.turned[(l, q)].conj()).re
             });
@@ -147,7 +150,7 @@ impl Seen {
     fn new(blocks: &[Block], fit: &Fit, part: &Part) -> Self {
         let block = &blocks[part.block];
         let weights = weights(&fit.noise[part.block][part.response]);
-        let (changes, lines) = (fit.changes(blocks, part), weights.len());
+        let (changes, lines) = (fit.projected_changes(blocks, part), weights.len());
         let turned = DMatrix::from_fn(lines, changes.ncols(), |k, p| {
             C64::new(changes[(k, p)], -changes[(lines + k, p)])
         });

@@ -49,9 +49,7 @@ impl Rival {
         let [Block { origin, .. }] = other;
         Some(Self { origin, poles: rival.poles, gain })
     }
-}
 
-impl Rival {
     /// The fit with lines weighted as without leakage; as it is where there may be a window.
     pub(super) fn without_leakage(&self, blocks: &[Block], fit: Fit) -> Fit {
         /// ln of how much likelier that is.
