@@ -3,7 +3,7 @@
 
     DETUNE_REAL_SEEDS=10 DETUNE_REAL_FIRST_SEED=41 DETUNE_CASES=target/cases \\
         cargo test --release --test blind real:: -- --nocapture
-    python3 tests/rivals.py target/release/detune target/cases
+    OMP_NUM_THREADS=1 python3 tests/rivals.py target/release/detune target/cases --jobs 2
 
 Every way has the causes of detune itself, by robot files with one correction each, and the same tables:
 
@@ -23,6 +23,8 @@ import json
 import re
 import subprocess
 import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -355,40 +357,53 @@ def by_detune(arm):
     return named, arm.ln_hz((arm.folder / "calibrated.yaml").read_text())
 
 
+def scored(program, folder):
+    """A line about a case, and by way: whether something is hidden, the first finding is right, how many are wrong, and
+    the error."""
+    truth = json.loads((folder / "hidden.json").read_text())
+    right = {(h["cause"], at) for h in truth["hidden"] for at in h["at"]}
+    arm = Arm(program, folder)
+    plain = arm.ln_hz(arm.text)
+    known = curves(arm, plain)
+    rng = np.random.default_rng(1)
+    ways = {
+        "detune": by_detune(arm),
+        "BIC": by_bic(arm, plain, known),
+        "L1": by_l1(arm, plain, known, rng),
+        "GP": by_gp(arm, plain),
+        "model": ([], plain),
+    }
+    line, scores = [], {}
+    for way, (named, ln_hz) in ways.items():
+        error = np.exp(ln_hz - arm.ln_f)[arm.measured :] - 1
+        error = np.sqrt((error**2).mean()) / truth["noise"]
+        first = bool(named) and any(tuple(name) in right for name in named[0])
+        wrong = sum(not any(tuple(name) in right for name in group) for group in named)
+        scores[way] = (bool(right), first, wrong, error)
+        line.append(f"{way} {'+' if first else '-'}{wrong} {error:.2f}")
+    arm.poses.unlink()
+    return f"{folder.name:<28} {len(known)} candidates: " + ", ".join(line), scores
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     arguments.add_argument("program")
     arguments.add_argument("cases", type=Path)
     arguments.add_argument("--only", default="")
+    arguments.add_argument("--jobs", type=int, default=1, help="cases at once")
     given = arguments.parse_args()
     program = str(Path(given.program).resolve())
+    folders = [
+        folder
+        for folder in sorted(given.cases.iterdir())
+        if given.only in folder.name and (folder / "calibrated.yaml").exists()
+    ]
     scores = {}
-    for folder in sorted(given.cases.iterdir()):
-        if given.only not in folder.name or not (folder / "calibrated.yaml").exists():
-            continue
-        truth = json.loads((folder / "hidden.json").read_text())
-        right = {(h["cause"], at) for h in truth["hidden"] for at in h["at"]}
-        arm = Arm(program, folder)
-        plain = arm.ln_hz(arm.text)
-        known = curves(arm, plain)
-        rng = np.random.default_rng(1)
-        ways = {
-            "detune": by_detune(arm),
-            "BIC": by_bic(arm, plain, known),
-            "L1": by_l1(arm, plain, known, rng),
-            "GP": by_gp(arm, plain),
-            "model": ([], plain),
-        }
-        line = []
-        for way, (named, ln_hz) in ways.items():
-            error = np.exp(ln_hz - arm.ln_f)[arm.measured :] - 1
-            error = np.sqrt((error**2).mean()) / truth["noise"]
-            first = bool(named) and any(tuple(name) in right for name in named[0])
-            wrong = sum(not any(tuple(name) in right for name in group) for group in named)
-            scores.setdefault(way, []).append((bool(right), first, wrong, error))
-            line.append(f"{way} {'+' if first else '-'}{wrong} {error:.2f}")
-        arm.poses.unlink()
-        print(f"{folder.name:<28} {len(known)} candidates: " + ", ".join(line), flush=True)
+    with ProcessPoolExecutor(given.jobs) as pool:
+        for line, of_case in pool.map(scored, repeat(program), folders):
+            print(line, flush=True)
+            for way, score in of_case.items():
+                scores.setdefault(way, []).append(score)
     print(f"\n{'way':<8}{'first right':>14}{'wrong cause':>14}{'none, calm':>14}{'fresh/noise':>14}{'worst tenth':>14}")
     for way, rows in scores.items():
         hidden = [row for row in rows if row[0]]

@@ -40,7 +40,7 @@ impl Screen {
                     return Vec::new();
                 }
                 let mut starts = candidate.starts();
-                thin(&mut starts, 10);
+                thin(&mut starts, 24);
                 starts
                     .into_iter()
                     .filter_map(|inner| {

@@ -215,11 +215,13 @@ fn one_frequency_that_is_far_off_is_not_consistent() {
     assert_ne!(score_of(arm, Scenario::Single("transverse_compliance"), 6).verdict, "consistent");
 }
 
-/// A base that bends meets one mode at a third of the poses: up to 13 % to one side is no noise of that mode.
+/// A base that bends meets one mode at a third of the poses, where its mode crosses that one: a stiffness has to start
+/// within a few per cent of the right one.
 #[test]
-fn a_mode_that_is_off_to_one_side_is_not_consistent() {
+fn a_base_that_crosses_one_mode_is_found() {
     let score = score_of(Family::SixAxis, Scenario::Single("base_compliance"), 8);
-    assert_ne!(score.verdict, "consistent");
+    assert_eq!(score.verdict, "explained");
+    assert!(score.is_right() && score.spurious.is_empty(), "{score:?}");
 }
 
 /// Causes may take a good part of what they have no word for; what they leave is still too large for

@@ -79,6 +79,13 @@ fn of(cause: Cause) -> (CauseText, fn(&Arm<'_>) -> Vec<Candidate>) {
     }
 }
 
+/// Shares of a joint's stiffness from which a new spring starts. Where its mode crosses another at some
+/// poses, the likelihood has a narrow peak for each crossing, so the steps are short.
+const SPRING_STARTS: [f64; 20] = [
+    3.0, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 4.5, 6.5, 9.0, 13.0, 20.0, 30.0, 60.0, 120.0,
+    250.0, 500.0, 1000.0,
+];
+
 /// A spring that nothing in the file mentions: by its logarithm, from one that is as soft as `soft`
 /// to one a thousand times as stiff, which nothing measures.
 fn new_spring(name: &'static str, soft: f64) -> Parameter {
@@ -87,7 +94,7 @@ fn new_spring(name: &'static str, soft: f64) -> Parameter {
         scale: Scale::Log,
         nominal: None,
         bounds: [0.02 * soft, 2000.0 * soft],
-        starts: [3.0, 0.3, 1.0, 8.0, 20.0, 60.0].iter().map(|share| share * soft).collect(),
+        starts: SPRING_STARTS.iter().map(|share| share * soft).collect(),
         expected: None,
     }
 }
