@@ -37,9 +37,18 @@ pub struct CauseText {
     pub test: &'static str,
 }
 
+/// ln plausibility that a motion which the file does not know loses: a softer spring and another
+/// one in series with it are the same, and then the one in the file is named.
+const NEW_MOTION: f64 = -0.1;
+
 /// Every candidate of every cause for an arm.
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
-    Cause::ALL.into_iter().flat_map(|cause| of(cause).1(arm)).collect()
+    let mut all: Vec<Candidate> =
+        Cause::ALL.into_iter().flat_map(|cause| of(cause).1(arm)).collect();
+    for candidate in all.iter_mut().filter(|candidate| candidate.hinge.is_some()) {
+        candidate.plausibility += NEW_MOTION;
+    }
+    all
 }
 
 /// The text for `cause`.
@@ -79,8 +88,8 @@ fn of(cause: Cause) -> (CauseText, fn(&Arm<'_>) -> Vec<Candidate>) {
     }
 }
 
-/// Shares of a joint's stiffness from which a new spring starts. Where its mode crosses another at some
-/// poses, the likelihood has a narrow peak for each crossing, so the steps are short.
+/// Shares of a joint's stiffness from which a new spring starts. Where its mode crosses another at
+/// some poses, the likelihood has a narrow peak for each crossing, so the steps are short.
 const SPRING_STARTS: [f64; 20] = [
     3.0, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 4.5, 6.5, 9.0, 13.0, 20.0, 30.0, 60.0, 120.0,
     250.0, 500.0, 1000.0,
