@@ -144,12 +144,13 @@ fn a_drift_is_neither_a_law_of_temperature_nor_stiffer_springs() {
     }
 }
 
-/// A base whose mode enters in four rows of a table: a robust level of noise does not see them, and
-/// 11 % is no noise of a hammer.
+/// A base whose mode enters in four rows of a table, off by 11 % there, is found: its stiffness has to start near.
 #[test]
-fn a_model_with_frequencies_far_off_is_not_consistent() {
+fn a_base_whose_mode_enters_in_four_rows_is_found() {
     let case = Case::draw("base3", 42).unwrap();
     let score = judge(&case, tempfile::tempdir().unwrap().path()).unwrap();
-    assert!(score.held_out_over_noise > 5.0, "{}", score.held_out_over_noise);
-    assert_ne!(score.verdict, "consistent");
+    assert_eq!(score.verdict, "explained");
+    assert!(score.held_out_over_noise < 1.25, "{}", score.held_out_over_noise);
+    let [found] = &score.findings[..] else { panic!("{:?}", score.findings) };
+    assert!(found.starts_with("base_compliance"), "{found}");
 }
