@@ -11,6 +11,9 @@ use super::likelihood::noise;
 use super::problem::Problem;
 use super::statistics::rms;
 
+/// Starts of a candidate that are tried: all of a new spring's, and some of its other parameters.
+const MOST_STARTS: usize = 24;
+
 /// Typical effect of a cause on the frequencies, root mean square.
 const TYPICAL: f64 = 0.05;
 
@@ -40,7 +43,7 @@ impl Screen {
                     return Vec::new();
                 }
                 let mut starts = candidate.starts();
-                thin(&mut starts, 24);
+                thin(&mut starts, MOST_STARTS);
                 starts
                     .into_iter()
                     .filter_map(|inner| {
