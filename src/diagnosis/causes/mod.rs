@@ -89,8 +89,8 @@ fn of(cause: Cause) -> (CauseText, fn(&Arm<'_>) -> Vec<Candidate>) {
 }
 
 /// Shares of a joint's stiffness from which a new spring starts; the first is that beside which its
-/// other parameters start. Where its mode crosses another at some poses, the likelihood has a narrow
-/// peak for each crossing: steps are about twofold at most.
+/// other parameters start. Where its mode crosses another at some poses, the likelihood has a
+/// narrow peak for each crossing: steps are about twofold at most.
 const SPRING_STARTS: [f64; 20] = [
     3.0, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 4.5, 6.5, 9.0, 13.0, 20.0, 30.0, 60.0, 120.0,
     250.0, 500.0, 1000.0,
