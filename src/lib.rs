@@ -65,41 +65,70 @@
 //!
 //! Numbers flow one way: a module imports only modules that stand below it, and the files of a
 //! module do not import each other in a circle. Only `cli`, `input` and `formats` touch files; only
-//! `cli` prints. `tests/house` reads this table and holds the code against it.
+//! `cli` prints. `tests/house` reads this list and holds the code against it.
 //!
-//! | module | what lives there | may import | must never |
-//! |---|---|---|---|
-//! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report` | decide anything that a library user would miss |
-//! | [`report`] | text, JSON, tables, pages, plots and what build servers read: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `process`, `identify`, `free_vibration`, `stability`, `excitation`, `job`, `formats` | call a function of another module |
-//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `process`, `path`, `free_vibration`, `trace`, `identify`, `stability`, `excitation`, `job`, `uncertainty`, `modes`, `program`, `model`, `motion` | print, read or write files |
-//! | [`input`] | YAML, URDF, tables, records, videos → valid types, all faults with file and line | `job`, `program`, `trace`, `identify`, `model`, `motion`, `formats` | compute |
-//! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `process`, `path`, `stability`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | print |
-//! | [`risk`] | bands, crossings, limits on the tool tip, certainty, verdict | `process`, `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | choose a remedy |
-//! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | `uncertainty`, `modes`, `identify`, `model` | name a cause that it has not compared with its rivals |
-//! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | `free_vibration`, `uncertainty`, `modes`, `model` | know a `job` |
-//! | [`process`] | what the cut does at the tool tip along a path: deflection, vibration, chatter | `path`, `stability`, `excitation`, `job`, `uncertainty`, `modes`, `model` | judge it |
-//! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | `modes`, `model`, `motion` | know an `excitation` |
-//! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | `modes`, `model` | be used for a verdict |
-//! | [`stability`] | modes of a tool tip and a cut → the depth at which it chatters | `excitation`, `job` | know a robot: `model`, `modes`, `path` |
-//! | [`excitation`] | spindle and tooth-passing lines; the cutting force and its spectrum | `job` | know a `model` |
-//! | [`job`] | what is asked for, as plain valid data | `model`, `motion` | |
-//! | [`uncertainty`] | what the parameters may be off by → intervals of frequencies, draws of the arm | `modes`, `model` | know a `job` |
-//! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | `model` | know why it is asked |
-//! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | `motion` | know the robot's dynamics: `model`, `modes` |
-//! | [`trace`] | video → tracks of marks, in pixels and frames | | know a robot or a millimetre |
-//! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness | | see a prediction: `model`, `modes` |
-//! | [`model`] | the robot as built: M, K, kinematics; immutable | | know a `job` or a measurement |
-//! | [`motion`] | moves, as plain valid data | | |
-//! | [`formats`] | YAML and TOML as a tree with lines, edits that keep every other byte, tables, NPY, MAT, UFF, WAV, videos, bounded reading | | know a robot |
-//! | [`guide`] | the guide, as pages of this documentation | | hold code |
-//! | [`notes`] | errors and warnings: one type, one collector, every code | *ground* | |
-//! | [`paths`] | folders and detours of paths, by their names | *ground* | |
-//! | [`progress`] | how far long work has come | *ground* | |
-//! | [`statistics`] | means, medians and bounds that several modules need | *ground* | |
-//! | [`units`] | conversions | *ground* | |
-//! | [`wording`] | what messages have in common | *ground* | |
-//!
-//! What stands at the ground may be imported by all.
+//! - [`cli`]: one file a verb: arguments, files, progress. May import `study`, `report`. Must
+//!   never decide anything that a library user would miss.
+//! - [`report`]: text, JSON, tables, pages, plots and what build servers read: pure functions
+//!   from results. May import `study`, `advice`, `risk`, `diagnosis`, `map`, `process`,
+//!   `identify`, `free_vibration`, `stability`, `excitation`, `job`, `formats`. Must never call
+//!   a function of another module.
+//! - [`study`]: one function a verb: valid inputs → a result that holds all that is shown, and
+//!   what is written back. May import `input`, `advice`, `risk`, `diagnosis`, `map`, `process`,
+//!   `path`, `free_vibration`, `trace`, `identify`, `stability`, `excitation`, `job`,
+//!   `uncertainty`, `modes`, `program`, `model`, `motion`. Must never print, read or write
+//!   files.
+//! - [`input`]: YAML, URDF, tables, records, videos → valid types, all faults with file and
+//!   line. May import `job`, `program`, `trace`, `identify`, `model`, `motion`, `formats`. Must
+//!   never compute.
+//! - [`advice`]: safe speeds, the best of them, schedules, other levers, vibration of the tool
+//!   tip. May import `risk`, `process`, `path`, `stability`, `excitation`, `job`,
+//!   `uncertainty`, `modes`, `model`, `motion`. Must never print.
+//! - [`risk`]: bands, crossings, limits on the tool tip, certainty, verdict. May import
+//!   `process`, `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion`. Must
+//!   never choose a remedy.
+//! - [`diagnosis`]: where prediction and measurement meet: residuals, causes (one a file),
+//!   fits, choice, gain, next poses. May import `uncertainty`, `modes`, `identify`, `model`.
+//!   Must never name a cause that it has not compared with its rivals.
+//! - [`map`]: frequencies over given poses, grids and random poses, linear or nonlinear; their
+//!   figures. May import `free_vibration`, `uncertainty`, `modes`, `model`. Must never know a
+//!   `job`.
+//! - [`process`]: what the cut does at the tool tip along a path: deflection, vibration,
+//!   chatter. May import `path`, `stability`, `excitation`, `job`, `uncertainty`, `modes`,
+//!   `model`. Must never judge it.
+//! - [`path`]: moves → poses in time; the arm surveyed and its modes followed along them. May
+//!   import `modes`, `model`, `motion`. Must never know an `excitation`.
+//! - [`free_vibration`]: the nonlinear equation of motion in time, and its spectrum: the check
+//!   on `modes`. May import `modes`, `model`. Must never be used for a verdict.
+//! - [`stability`]: modes of a tool tip and a cut → the depth at which it chatters. May import
+//!   `excitation`, `job`. Must never know a robot: `model`, `modes`, `path`.
+//! - [`excitation`]: spindle and tooth-passing lines; the cutting force and its spectrum. May
+//!   import `job`. Must never know a `model`.
+//! - [`job`]: what is asked for, as plain valid data. May import `model`, `motion`.
+//! - [`uncertainty`]: what the parameters may be off by → intervals of frequencies, draws of
+//!   the arm. May import `modes`, `model`. Must never know a `job`.
+//! - [`modes`]: one pose → natural frequencies, shapes, damping, receptance; MAC. May import
+//!   `model`. Must never know why it is asked.
+//! - [`program`]: robot and CAM programs → moves, each with its line; programs with new speeds
+//!   and feeds. May import `motion`. Must never know the robot's dynamics: `model`, `modes`.
+//! - [`trace`]: video → tracks of marks, in pixels and frames. Must never know a robot or a
+//!   millimetre.
+//! - [`identify`]: records → spectra → modes with uncertainty; load tests → stiffness. Must
+//!   never see a prediction: `model`, `modes`.
+//! - [`model`]: the robot as built: M, K, kinematics; immutable. Must never know a `job` or a
+//!   measurement.
+//! - [`motion`]: moves, as plain valid data.
+//! - [`formats`]: YAML and TOML as a tree with lines, edits that keep every other byte, tables,
+//!   NPY, MAT, UFF, WAV, videos, bounded reading. Must never know a robot.
+//! - [`guide`]: the guide, as pages of this documentation. Must never hold code.
+//! - [`notes`]: errors and warnings: one type, one collector, every code. Everybody may import
+//!   it.
+//! - [`paths`]: folders and detours of paths, by their names. Everybody may import it.
+//! - [`progress`]: how far long work has come. Everybody may import it.
+//! - [`statistics`]: means, medians and bounds that several modules need. Everybody may import
+//!   it.
+//! - [`units`]: conversions. Everybody may import it.
+//! - [`wording`]: what messages have in common. Everybody may import it.
 //!
 //! [`guide::library`] shows a whole check.
 

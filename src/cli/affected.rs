@@ -20,8 +20,8 @@ Examples:
   git diff --name-only --relative -z main | xargs -0 -r detune affected --check
 
 A job is affected by its own file, by its robot and URDF, its programs and its detune.toml, also \
-where one of them is gone; by any file while it cannot be read, and by a file in a folder that is not \
-there.";
+where one of them is gone; by any file while it cannot be read, and by a file in a folder that is \
+not there.";
 
 /// List the jobs that changed files affect, or check them.
 #[derive(Debug, Args)]

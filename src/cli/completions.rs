@@ -10,9 +10,8 @@ use super::{Cli, Failure, Outcome};
 
 /// Write a completion script for a shell.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  detune completions bash > ~/.local/share/bash-completion/completions/detune"
-)]
+#[command(after_help = "Example:\n  detune completions bash > \
+                  ~/.local/share/bash-completion/completions/detune")]
 pub(super) struct CompletionsArgs {
     /// The shell.
     #[arg(value_enum)]

@@ -13,9 +13,9 @@ use crate::study::cutting::{cutting, read};
 /// Fit cutting coefficients to the mean forces of slot tests.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The table has the columns feed_mm_per_tooth, axial_depth_mm, teeth, fx_n, fy_n and \
-    optionally fz_n: mean forces along the feed, across it (y = z × x) and out of the tool's \
-    holder.\n\nExample:\n  detune cutting slots.csv"
+    after_help = "The table has the columns feed_mm_per_tooth, axial_depth_mm, teeth, fx_n, fy_n \
+                  and optionally fz_n: mean forces along the feed, across it (y = z × x) and out \
+                  of the tool's holder.\n\nExample:\n  detune cutting slots.csv"
 )]
 pub(super) struct CuttingArgs {
     /// Table of the slot tests.

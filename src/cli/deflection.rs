@@ -19,11 +19,11 @@ use crate::units::Date;
 /// Compute the static deflection of the tool tip under gravity and under a force.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Of a job, along its paths, the force is the mean cutting force, with the torque of a \
-    drill, unless --force-n or --moment-nm is given.\n\nExamples:\n  \
-    detune deflection robots/irb1600 --at joint_2=20 --force-n 0,0,-500\n  \
-    detune deflection robot.yaml --grid joint_2=-60:90:16 --force-n 100,0,0 --format csv\n  \
-    detune deflection jobs/pocket.yaml"
+    after_help = "Of a job, along its paths, the force is the mean cutting force, with the torque \
+                  of a drill, unless --force-n or --moment-nm is given.\n\nExamples:\n  \
+                  detune deflection robots/irb1600 --at joint_2=20 --force-n 0,0,-500\n  \
+                  detune deflection robot.yaml --grid joint_2=-60:90:16 --force-n 100,0,0 \
+                  --format csv\n  detune deflection jobs/pocket.yaml"
 )]
 pub(super) struct DeflectionArgs {
     /// A robot.yaml, the folder that holds one, or a job.

@@ -27,7 +27,8 @@ const STEPS: u64 = 100;
     detune diagnose robots/two-link robots/two-link/measured.csv\n  \
     detune diagnose robot.yaml measured.csv --write calibrated.yaml\n  \
     detune diagnose robot.yaml measured.csv --format html --output diagnosis.html\n\n\
-    The verdict never changes the exit code: 0 unless a file is wrong or holds too little data (2).")]
+    The verdict never changes the exit code: 0 unless a file is wrong or holds too little data \
+    (2).")]
 pub(super) struct DiagnoseArgs {
     /// A robot.yaml, or the folder that holds one.
     robot: PathBuf,
@@ -45,8 +46,8 @@ pub(super) struct DiagnoseArgs {
     /// Write the robot's file with the findings as corrections, and the calibration.
     #[arg(long, value_name = "ROBOT2.yaml")]
     write: Option<PathBuf>,
-    /// Seed of cross-validation and resampling: the same seed gives the same output on the same kind
-    /// of machine.
+    /// Seed of cross-validation and resampling: the same seed gives the same output on the same
+    /// kind of machine.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }

@@ -20,8 +20,8 @@ Examples:
   detune report jobs/pocket.yaml --output report.html
   detune report jobs/pocket.yaml --format json --output report.json
 
-The page needs no other file and no network. Exit codes: 0 written, 2 a file or the command line is \
-wrong, 3 an internal error; the verdict does not change the exit code.";
+The page needs no other file and no network. Exit codes: 0 written, 2 a file or the command \
+line is wrong, 3 an internal error; the verdict does not change the exit code.";
 
 /// Show a job as a page: verdict, advice, and the arm with its modes along the path.
 #[derive(Debug, Args)]

@@ -114,8 +114,8 @@ fn operation_difference(
     all.iter().find(|(_, is_same)| !is_same).map(|(what, _)| *what)
 }
 
-/// The feed at which a drill was measured is that of the speeds before where the job did not say it,
-/// and is written in its digits then.
+/// The feed at which a drill was measured is that of the speeds before where the job did not say
+/// it, and is written in its digits then.
 fn is_same_cut(before: &Operation, after: &Operation) -> bool {
     const ROUNDING: f64 = 1e-9;
     let (Some(before), Some(after)) = (&before.cutting, &after.cutting) else {

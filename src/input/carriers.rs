@@ -9,7 +9,8 @@ use crate::model::{Inertial, Robot};
 pub(in crate::input) struct Carriers<'j> {
     described: &'j DescribedRobot,
     pub(in crate::input) own: Arc<Robot>,
-    /// What its tip carries by the robot's file, corrections included; `None` where it says nothing.
+    /// What its tip carries by the robot's file, corrections included; `None` where it says
+    /// nothing.
     pub(in crate::input) own_kg: Option<f64>,
     /// What corrections hang on its tip on springs of its own, kg.
     pub(in crate::input) hung_kg: f64,

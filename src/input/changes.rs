@@ -48,8 +48,8 @@ impl Changes {
             more => format!(" (and {more} more)"),
         };
         let what = format!(
-            "there is no such folder{more}, so every job counts as affected: names must be relative \
-             to the current folder and unquoted (git diff --name-only --relative -z)"
+            "there is no such folder{more}, so every job counts as affected: names must be \
+             relative to the current folder and unquoted (git diff --name-only --relative -z)"
         );
         Some(Note::warning(Code::Assumed, Place::file(first), what))
     }

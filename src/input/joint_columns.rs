@@ -43,7 +43,8 @@ pub(super) fn without_unit(header: &[String], joint: &MovingJoint) -> Option<Str
     let name = header.iter().find(|title| **title == joint.name)?;
     let [(si, _), (other, _), ..] = units(joint) else { return None };
     Some(format!(
-        "column '{name}' has no unit; name it {name}_{si} or {name}_{other}, by what its values are in"
+        "column '{name}' has no unit; name it {name}_{si} or {name}_{other}, by what its values \
+         are in"
     ))
 }
 

@@ -401,7 +401,10 @@ mod tests {
                 vec!["m.yaml:3: mark 'a': unknown key 'bix_px'; did you mean 'box_px'?"],
             ),
             (
-                format!("{scale}marks:\n- {{name: a, box_px: [1.5, 2, 9, 9]}}\n- {{name: 'b,', box_px: [1, 2, 9, 9]}}\n"),
+                format!(
+                    "{scale}marks:\n- {{name: a, box_px: [1.5, 2, 9, 9]}}\n\
+                         - {{name: 'b,', box_px: [1, 2, 9, 9]}}\n"
+                ),
                 vec!["m.yaml:3: mark 'a': box_px is [1.5", "m.yaml:4: name is 'b,'"],
             ),
             (
@@ -409,11 +412,16 @@ mod tests {
                 vec!["m.yaml:2: round_marks has 1 names", "m.yaml:3: readout_ms is 5000"],
             ),
             (
-                "scale: {marks: [a, elbw], distance_mm: 5}\nround_marks: {count: 2, names: [a, elbow]}\n".to_owned(),
+                "scale: {marks: [a, elbw], distance_mm: 5}\n\
+                 round_marks: {count: 2, names: [a, elbow]}\n"
+                    .to_owned(),
                 vec!["m.yaml:1: scale: there is no mark 'elbw'; did you mean 'elbow'?"],
             ),
             (
-                format!("{scale}round_marks: {{count: 2}}\nmarks: [{{name: a, box_px: [1, 2, 9, 9]}}]\n"),
+                format!(
+                    "{scale}round_marks: {{count: 2}}\n\
+                         marks: [{{name: a, box_px: [1, 2, 9, 9]}}]\n"
+                ),
                 vec!["m.yaml:2: has both marks and round_marks"],
             ),
             (scale.to_owned(), vec!["m.yaml:1: has neither marks nor round_marks"]),

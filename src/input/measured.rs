@@ -594,7 +594,8 @@ mod tests {
 
     #[test]
     fn rows_arrive_in_si_with_blanks_and_covariates() {
-        let text = "# c\njoint_2_deg,joint_1_rad,f1_hz,f2_hz,f1_std_hz,zeta1,temperature_c,id,extra\n\
+        let text = "# c\njoint_2_deg,joint_1_rad,f1_hz,f2_hz,f1_std_hz,zeta1,temperature_c,id,\
+                    extra\n\
                     90,0.5,10.5,,0.1,0.02,31,a,x\n";
         let (table, reading) = read(text).unwrap();
         let row = &table.rows[0];

@@ -80,8 +80,9 @@ impl GuessedSpring {
 /// The text of a first robot.yaml.
 pub fn new_robot_text(robot: &NewRobot) -> String {
     let mut text = format!(
-        "# Springs with assumed: true are guesses from arms of similar size. As long as one remains, no verdict\n\
-         # is better than uncertain: enter your own values (data sheet, load test, detune diagnose) and\n\
+        "# Springs with assumed: true are guesses from arms of similar size. As long as one \
+         remains, no verdict\n# is better than uncertain: enter your own values (data sheet, load test, detune \
+         diagnose) and\n\
          # delete assumed: true.\n\
          name: {}\nurdf: {}\n",
         quoted(&robot.name),
@@ -89,7 +90,8 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
     );
     if let Some(tip) = &robot.tip {
         text += &format!(
-            "# The frame of tcp and payload; its z points from the flange to the tool on most arms.\n\
+            "# The frame of tcp and payload; its z points from the flange to the tool on most \
+             arms.\n\
              tip: {}\n",
             quoted(tip)
         );
@@ -97,8 +99,8 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
     text += "elasticity:\n  damping_ratio: 0.02  # assumed\n  joints:\n";
     for GuessedSpring { joint, stiffness, std_percent, source } in &robot.springs {
         text += &format!(
-            "    {}:\n      stiffness_nm_per_rad: {stiffness}\n      std_percent: {std_percent}\n      \
-             assumed: true\n      source: {}\n",
+            "    {}:\n      stiffness_nm_per_rad: {stiffness}\n      \
+             std_percent: {std_percent}\n      assumed: true\n      source: {}\n",
             quoted(joint),
             quoted(source)
         );
@@ -111,18 +113,20 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
     }
     for joint in &robot.massless {
         text += &format!(
-            "    # {}: nothing behind it has a mass in the URDF, so that it is rigid here; give a link\n    \
-             # behind it one under inertials, then this joint its stiffness_nm_per_rad\n",
+            "    # {}: nothing behind it has a mass in the URDF, so that it is rigid here; give a \
+             link\n    # behind it one under inertials, then this joint its stiffness_nm_per_rad\n",
             joint.replace(char::is_control, " ")
         );
     }
     if let Some(total_kg) = robot.total_mass_kg {
         text += &format!(
-            "# Distributed over the links by their shapes; inertials by link are better.\ntotal_mass_kg: {total_kg}\n"
+            "# Distributed over the links by their shapes; inertials by link are better.\n\
+             total_mass_kg: {total_kg}\n"
         );
     }
     if let Some(angles) = &robot.arm_angles {
-        text += "# Guessed from the first two joints whose axes are level and parallel: beta1 is the upper arm\n\
+        text += "# Guessed from the first two joints whose axes are level and parallel: beta1 is \
+                 the upper arm\n\
                  # above the horizon, beta2 the forearm against the upper arm.\narm_angles:\n";
         for (name, (joint, factor, offset_rad)) in ["beta1", "beta2"].iter().zip(angles) {
             text += &format!(
@@ -139,13 +143,15 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
 pub fn new_job_text(robot: &str, start: &[f64], end: &[f64]) -> String {
     format!(
         "name: First job\nrobot: {}\ntool: {{teeth: 2, diameter_mm: 10}}  # yours\n\
-         # What the arm carries, spindle and tool; until it is stated, no verdict is better than uncertain:\n\
+         # What the arm carries, spindle and tool; until it is stated, no verdict is better than \
+         uncertain:\n\
          # payload: {{mass_kg: 8, com_m: [0, 0, 0.1]}}\n\
          tcp: {{xyz_m: [0, 0, 0.15]}}  # tool centre point in the frame of the tip\n\
          spindle: {{min_rpm: 1000, max_rpm: 24000}}  # yours\n\
          operations:\n  - name: first\n    spindle_rpm: 6000\n    feed_mm_per_min: 600\n    \
-         path:\n      # A small motion in the middle of the joints' limits. Yours: joints_deg, poses, or\n      \
-         # program: {{file: part.mod}}\n      joints_deg:\n        - {start:?}\n        - {end:?}\n",
+         path:\n      # A small motion in the middle of the joints' limits. Yours: joints_deg, \
+         poses, or\n      # program: {{file: part.mod}}\n      joints_deg:\n        \
+         - {start:?}\n        - {end:?}\n",
         quoted(robot)
     )
 }

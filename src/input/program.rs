@@ -272,7 +272,8 @@ fn frames(
             Err(_) => {
                 let line = path.line_at(&[Step::Key("program"), Step::Key(key)]);
                 let what = format!(
-                    "{}: path.program.{key} has the key '{number}', must be a number of the program",
+                    "{}: path.program.{key} has the key '{number}', must be a number of the \
+                     program",
                     context.called
                 );
                 notes.error(Code::Value, line, what);
@@ -302,8 +303,8 @@ fn rotary_axes(
             _ => {
                 let steps = [Step::Key("program"), Step::Key("rotary_axes"), Step::Index(index)];
                 let what = format!(
-                    "{}: path.program.rotary_axes[{index}]: must be A, B or C about an axis that is \
-                     not zero",
+                    "{}: path.program.rotary_axes[{index}]: must be A, B or C about an axis that \
+                     is not zero",
                     context.called
                 );
                 notes.error(Code::Value, path.line_at(&steps), what);

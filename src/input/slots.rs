@@ -14,8 +14,8 @@ use crate::units::m_from_mm;
 const NEEDED: [&str; 5] = ["feed_mm_per_tooth", "axial_depth_mm", "teeth", "fx_n", "fy_n"];
 
 /// Reads a table of slot tests: CSV with a header, the columns feed_mm_per_tooth, axial_depth_mm,
-/// teeth, fx_n and fy_n, optionally fz_n. Other columns are passed over, and so are lines that begin
-/// with `#`.
+/// teeth, fx_n and fy_n, optionally fz_n. Other columns are passed over, and so are lines that
+/// begin with `#`.
 ///
 /// # Errors
 /// Every fault of the table, each with its line; a table without rows.

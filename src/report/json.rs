@@ -1,4 +1,5 @@
-//! What all JSON outputs have in common: numbers that are finite, and a layout that people can read.
+//! What all JSON outputs have in common: numbers that are finite, and a layout that people can
+//! read.
 
 mod finite;
 mod warning;

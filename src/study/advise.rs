@@ -336,7 +336,8 @@ fn written_feed(feed_m_per_s: f64) -> f64 {
     if rounded > 0.0 { rounded } else { feed }
 }
 
-/// The one program of the job and the speeds that its stretches are to run at; or why there is none.
+/// The one program of the job and the speeds that its stretches are to run at; or why there is
+/// none.
 fn program_rewrite<'j>(
     job: &'j Job,
     advice: &[OperationAdvice],
@@ -370,8 +371,9 @@ fn program_rewrite<'j>(
             (program.as_path(), Rewrite { speeds, keeps_chip_load: feed == FeedRule::ChipLoad });
         if wanted.as_ref().is_some_and(|before| *before != this) {
             return Err(
-                "the operations run several programs, or one program at several speeds; split the job"
-                    .to_owned(),
+                "the operations run several programs, or one program at several speeds; split the \
+                 job"
+                .to_owned(),
             );
         }
         wanted = Some(this);
@@ -379,8 +381,8 @@ fn program_rewrite<'j>(
     wanted.ok_or_else(|| "the job runs no program".to_owned())
 }
 
-/// What the job no longer says once its program runs at another feed per tooth: where nobody says at
-/// which feed a drill was measured, that is the program's.
+/// What the job no longer says once its program runs at another feed per tooth: where nobody says
+/// at which feed a drill was measured, that is the program's.
 fn lost_with_program(job: &Job, advice: &[OperationAdvice], feed: FeedRule) -> Option<String> {
     let lost = |(operation, advice): (&Operation, &OperationAdvice)| {
         let has_other_chip = feed != FeedRule::ChipLoad || operation.is_feed_of_job;
@@ -435,9 +437,9 @@ fn refuse_without_depth(job: &Job, advice: &[OperationAdvice]) -> Result<(), Vec
                 key: "objective",
                 ..Place::line(&job.file, operation.line)
             };
-            let what = "the depth at which the cut chatters does not depend on the speed, or is not \
-                        known: 'cutting' says regeneration: false or has no coefficients, or nothing \
-                        cuts";
+            let what = "the depth at which the cut chatters does not depend on the speed, or is \
+                        not known: 'cutting' says regeneration: false or has no coefficients, or \
+                        nothing cuts";
             Note::error(Code::Conflict, place, what)
         })
         .collect();

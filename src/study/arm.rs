@@ -189,7 +189,8 @@ pub fn moving_arm(
     Ok(MovingArm { arm, places, surfaces })
 }
 
-/// The arm at poses of a map, as one operation whose s counts them from 0 to 1: evenly some of them.
+/// The arm at poses of a map, as one operation whose s counts them from 0 to 1: evenly some of
+/// them.
 ///
 /// # Errors
 /// The arm has no modes at a pose.

@@ -66,8 +66,8 @@ pub struct Deflection {
     pub gravity_m: [f64; 3],
     /// Force on the tip, in the base frame; null where it is not known.
     pub force_n: Option<[f64; 3]>,
-    /// Moment on the tool, in the base frame: of a job the torque of a drill where it is known; null
-    /// where no force is.
+    /// Moment on the tool, in the base frame: of a job the torque of a drill where it is known;
+    /// null where no force is.
     pub moment_nm: Option<[f64; 3]>,
     /// How force and moment move the tip, in the base frame.
     #[serde(rename = "deflection_um", serialize_with = "written::um")]

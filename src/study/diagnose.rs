@@ -160,8 +160,8 @@ fn fitted_note(labels: &[String]) -> Option<Note> {
         _ => ("corrections", "were"),
     };
     let what = format!(
-        "the robot's {noun} {} {verb} fitted to poses of this table, or after one that was: the diagnosis starts without \
-         them and fits them again",
+        "the robot's {noun} {} {verb} fitted to poses of this table, or after one that was: the \
+         diagnosis starts without them and fits them again",
         labels.join("; ")
     );
     Some(Note::warning(Code::Calibration, Place::default(), what))
@@ -260,9 +260,9 @@ fn update_notes(found: &Diagnosis) -> Vec<Note> {
     let heldout = found.extended.heldout_rms_percent;
     if !found.predicts {
         warn(format!(
-            "the causes predict states left out with an error of {heldout:.2} %, far larger than that of \
-             their fit: the calibration is marked doubtful, and no verdict with it is better than \
-             uncertain; measure more poses"
+            "the causes predict states left out with an error of {heldout:.2} %, far larger than \
+             that of their fit: the calibration is marked doubtful, and no verdict with it is \
+             better than uncertain; measure more poses"
         ));
     }
     if heldout > MAX_USEFUL_PERCENT {

@@ -1,4 +1,5 @@
-//! Holds the code map of `src/lib.rs` against the code, and the column "must never" where a text can show it.
+//! Holds the code map of `src/lib.rs` against the code, and what a module must never, where a text
+//! can show it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Debug;
@@ -222,32 +223,22 @@ fn units_are_converted_in_one_place() {
     }
 }
 
-/// Rooms with lines of more than `WIDTH` columns.
-const WITH_LONG_LINES: &[&str] = &["cli", "input", "report", "study"];
-
 const WIDTH: usize = 100;
 const MAX_LINES: usize = 700;
 
 /// Lines fit the formatter's width, comments included; rows of tables and addresses cannot be broken.
 #[test]
 fn files_are_short_and_lines_too() {
-    let mut found = BTreeSet::new();
     for file in Library::get().files() {
         let lines = file.text.lines().count();
         assert!(lines <= MAX_LINES, "src/{}: {lines} lines", file.path);
         for (i, line) in file.text.lines().enumerate() {
             let text = line.trim_start_matches(|c: char| c.is_whitespace() || "/!".contains(c));
             let may_be_long = text.starts_with('|') || text.contains("http");
-            if line.chars().count() > WIDTH && !may_be_long {
-                if !WITH_LONG_LINES.contains(&file.room()) {
-                    eprintln!("src/{}:{}", file.path, i + 1);
-                }
-                found.insert(file.room().to_owned());
-            }
+            let is_long = line.chars().count() > WIDTH && !may_be_long;
+            assert!(!is_long, "src/{}:{}: more than {WIDTH} columns", file.path, i + 1);
         }
     }
-    let expected = WITH_LONG_LINES.iter().map(|&room| room.to_owned()).collect();
-    same(&found, expected, "rooms with long lines");
 }
 
 /// The reader of sources reads what the tests above rely on.

@@ -18,7 +18,9 @@ use crate::study::map::{Part, Positions, Request, Statistic, Unit};
     detune map robot.yaml --random 100000000 --seed 1 --reduce min,max,quantiles\n  \
     detune map robot.yaml --random 1000000000 --part 3/64 --format sketch --output 3.json\n  \
     detune map robot.yaml --grid joint_3=-90:45:41 --method nonlinear --format svg")]
-#[command(group = clap::ArgGroup::new("source").required(true).args(["joint", "grid", "random", "poses"]))]
+#[command(group = clap::ArgGroup::new("source")
+    .required(true)
+    .args(["joint", "grid", "random", "poses"]))]
 pub(in crate::cli) struct MapArgs {
     /// A robot.yaml, or the folder that holds one.
     pub(super) robot: PathBuf,
@@ -88,8 +90,8 @@ pub(in crate::cli) struct MapArgs {
     /// `alpha_<coordinate>_rad`.
     #[arg(long)]
     pub(super) series: bool,
-    /// Write these statistics of each mode instead of every pose: the lowest and highest frequency and
-    /// where they are, the mean, the quantiles at 5, 25, 50, 75 and 95 %, a histogram.
+    /// Write these statistics of each mode instead of every pose: the lowest and highest frequency
+    /// and where they are, the mean, the quantiles at 5, 25, 50, 75 and 95 %, a histogram.
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     pub(super) reduce: Vec<StatisticName>,
     /// Make only part I of N of the poses, for `detune merge`; needs --format sketch.

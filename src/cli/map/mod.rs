@@ -118,7 +118,8 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
              out --method nonlinear",
         ),
         (MethodName::Linear, Format::Npy | Format::Arrow, false) => Some(
-            "--format npy and arrow: cannot hold the statistics of --reduce; use csv, json, svg or html",
+            "--format npy and arrow: cannot hold the statistics of --reduce; use csv, json, svg or \
+             html",
         ),
         (MethodName::Linear, Format::Arrow, true) if !cfg!(feature = "arrow") => Some(
             "--format arrow: this detune was built without Apache Arrow; build it with the feature \

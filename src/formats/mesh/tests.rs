@@ -64,7 +64,8 @@ fn dae(faces: &str) -> Vec<u8> {
         .collect();
     format!(
         "<?xml version=\"1.0\"?><COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" \
-         version=\"1.4.1\"><asset><unit meter=\"0.001\" name=\"mm\"/><up_axis>Y_UP</up_axis></asset>\
+         version=\"1.4.1\"><asset><unit meter=\"0.001\" \
+         name=\"mm\"/><up_axis>Y_UP</up_axis></asset>\
          <library_geometries><geometry id=\"g\"><mesh><source id=\"s\"><float_array id=\"a\" \
          count=\"24\">{}</float_array><technique_common><accessor source=\"#a\" count=\"8\" \
          stride=\"3\"/></technique_common></source><vertices id=\"v\"><input semantic=\"POSITION\" \

@@ -188,8 +188,8 @@ impl Reader<'_> {
         let line = moves.iter().find(|each| each.feed_m_per_s == usual).map_or(1, |m| m.line);
         let rounded = |feed: f64| (mm_per_min_from_m_per_s(feed) * 1e3).round() / 1e3;
         let what = format!(
-            "{}: feed_mm_per_min is {}, {}:{line} runs at {} mm/min, and no move at the job's feed; \
-             make them agree, or write speeds_from: program or speeds_from: job",
+            "{}: feed_mm_per_min is {}, {}:{line} runs at {} mm/min, and no move at the job's \
+             feed; make them agree, or write speeds_from: program or speeds_from: job",
             said.called,
             rounded(own),
             program.file.display(),

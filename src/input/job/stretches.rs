@@ -24,8 +24,8 @@ pub(super) struct Stretch {
 /// Moves under the same statements.
 struct Run {
     moves: Range<usize>,
-    /// `Some(None)`: turns at a speed that the program does not give. `None`: stands, or the program
-    /// has said nothing yet.
+    /// `Some(None)`: turns at a speed that the program does not give. `None`: stands, or the
+    /// program has said nothing yet.
     rpm: Option<Option<f64>>,
     tool: Option<u32>,
     load: Option<Arc<Load>>,
@@ -41,8 +41,9 @@ impl Run {
     }
 }
 
-/// The stretches in order. Where the program is silent, or the spindle stands, the motion belongs to
-/// the stretch that follows; with `is_speed_of_job` nothing that the program says of speed counts.
+/// The stretches in order. Where the program is silent, or the spindle stands, the motion belongs
+/// to the stretch that follows; with `is_speed_of_job` nothing that the program says of speed
+/// counts.
 pub(super) fn stretches(moves: &[Move], is_speed_of_job: bool) -> Vec<Stretch> {
     let mut runs = runs(moves);
     fill(&mut runs, |run| &mut run.tool);

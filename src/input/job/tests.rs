@@ -233,8 +233,10 @@ fn the_most_specific_payload_wins_and_is_told() {
     let program = |mass: &str| {
         format!(
             "MODULE m\n  PERS tooldata \
-                tMill:=[TRUE,[[0,0,7],[1,0,0,0]],[{mass},[0,0,70],[0.7071068,0.7071068,0,0],1,2,2.5]];\n\
-             PROC main()\n MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tMill;\n\
+                tMill:=[TRUE,[[0,0,7],[1,0,0,0]],\
+                [{mass},[0,0,70],[0.7071068,0.7071068,0,0],1,2,2.5]];\n\
+             PROC main()\n MoveL \
+             [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tMill;\n\
              MoveL [[1,2,4],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tMill;\n\
              ENDPROC\nENDMODULE\n"
         )
@@ -419,8 +421,8 @@ fn rapid_sets_speed_and_tool_as_the_job_says() {
 
 #[test]
 fn a_procedure_without_effect_and_rapid_moves_are_told() {
-    let operation = "    feed_mm_per_min: 60\n    spindle_rpm: 1100\n    path:\n      program:\n        file: \
-        a.nc\n        procedure: main\n";
+    let operation = "    feed_mm_per_min: 60\n    spindle_rpm: 1100\n    path:\n      \
+                     program:\n        file: a.nc\n        procedure: main\n";
     assert_eq!(
         notices_of(operation, "a.nc", "G21 G0 X0 Y0 Z0\nG1 X1 F60\nG0 X2\nZ5\nG1 X3\n"),
         [

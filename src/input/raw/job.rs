@@ -155,7 +155,10 @@ pub(in crate::input) struct Tool {
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [12]))]
     pub(in crate::input) diameter_mm: Option<f64>,
     /// For uneven pitch: the angle from each tooth to the next, degrees, adding up to 360.
-    #[schemars(extend("items" = {"type": "number", "exclusiveMinimum": 0}, "examples" = [[170, 190]]))]
+    #[schemars(extend(
+        "items" = {"type": "number", "exclusiveMinimum": 0},
+        "examples" = [[170, 190]]
+    ))]
     pub(in crate::input) pitch_deg: Option<Vec<f64>>,
     /// Angle of the flutes to the axis, degrees; 0, straight flutes, if absent.
     #[schemars(extend("minimum" = 0, "maximum" = 80, "default" = 0, "examples" = [30]))]
@@ -322,9 +325,9 @@ pub(in crate::input) struct Cutting {
     /// material, so that modes can only feed each other; true if absent.
     #[schemars(extend("default" = true))]
     pub(in crate::input) regeneration: Option<bool>,
-    /// For stability: process damping C, N/mm, of the flank that rubs on the waves of the surface: the
-    /// force against the motion normal to it is C times the depth times the speed of that motion over
-    /// the cutting speed; 0, none, if absent.
+    /// For stability: process damping C, N/mm, of the flank that rubs on the waves of the surface:
+    /// the force against the motion normal to it is C times the depth times the speed of that
+    /// motion over the cutting speed; 0, none, if absent.
     #[schemars(extend("minimum" = 0, "maximum" = 1000000, "default" = 0, "examples" = [250]))]
     pub(in crate::input) process_damping_n_per_mm: Option<f64>,
 }
@@ -381,7 +384,10 @@ pub(in crate::input) struct Path {
     /// degrees for a joint that turns, millimetres for a prismatic joint.
     #[schemars(
         with = "Option<Vec<Vec<f64>>>",
-        extend("minItems" = 1, "x-apart" = true, "examples" = [[[0, 20, -10, 0, 60, 0], [10, 25, -12, 0, 60, 0]]])
+        extend(
+            "minItems" = 1, "x-apart" = true,
+            "examples" = [[[0, 20, -10, 0, 60, 0], [10, 25, -12, 0, 60, 0]]]
+        )
     )]
     pub(in crate::input) joints_deg: Option<Apart>,
     /// Poses of the tool centre point in the work object, joined by straight lines.

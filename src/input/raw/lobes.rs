@@ -48,9 +48,9 @@ pub(in crate::input) struct Cut {
     /// that modes can only feed each other; true if absent.
     #[schemars(extend("default" = true))]
     pub(in crate::input) regeneration: Option<bool>,
-    /// Process damping C, N/mm, of the flank that rubs on the waves of the surface: the
-    /// force against the motion normal to it is C times the depth times the speed of that motion over
-    /// the cutting speed; 0, none, if absent.
+    /// Process damping C, N/mm, of the flank that rubs on the waves of the surface: the force
+    /// against the motion normal to it is C times the depth times the speed of that motion over the
+    /// cutting speed; 0, none, if absent.
     #[schemars(extend("minimum" = 0, "maximum" = 1000000, "default" = 0, "examples" = [250]))]
     pub(in crate::input) process_damping_n_per_mm: Option<f64>,
 }

@@ -265,8 +265,8 @@ pub(in crate::input) struct Correction {
     /// For these four: a point of the axes in that frame, m; [0, 0, 0] if absent.
     #[schemars(extend("default" = [0, 0, 0]))]
     pub(in crate::input) origin_m: Option<[f64; 3]>,
-    /// For link_flexibility: what of the link's own body moves; all of it if absent. For local_mode,
-    /// part: the link's mass, or the payload's there, has the part's already.
+    /// For link_flexibility: what of the link's own body moves; all of it if absent. For
+    /// local_mode, part: the link's mass, or the payload's there, has the part's already.
     #[schemars(extend("default" = "link"))]
     pub(in crate::input) carries: Option<HingeCarries>,
     /// Digest of the table that it was fitted to, see calibration.fitted_to; absent for what was

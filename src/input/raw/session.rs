@@ -23,7 +23,8 @@ pub(in crate::input) struct Session {
     /// Lowest and highest frequency to look at, Hz; chosen from each record if absent.
     #[schemars(extend("examples" = [[5, 70]]))]
     pub(in crate::input) band_hz: Option<[f64; 2]>,
-    /// Highest order of the stabilisation diagram, and twice the most modes of a band; 48 if absent.
+    /// Highest order of the stabilisation diagram, and twice the most modes of a band; 48 if
+    /// absent.
     #[schemars(extend("minimum" = 2, "maximum" = 96, "examples" = [24]))]
     pub(in crate::input) max_order: Option<u32>,
     /// Report the most prominent modes alone, so many of them.
@@ -51,7 +52,10 @@ pub(in crate::input) struct Session {
     pub(in crate::input) channels: Option<BTreeMap<String, Channel>>,
     /// By link name: points of it that are marked in the picture, two or more; for records without
     /// their own.
-    #[schemars(extend("examples" = [{"link_1": [{"at_mm": [0, 0]}, {"at_mm": [-237, 411], "x": "bx_mm", "y": "by_mm"}]}]))]
+    #[schemars(extend("examples" = [{"link_1": [
+        {"at_mm": [0, 0]},
+        {"at_mm": [-237, 411], "x": "bx_mm", "y": "by_mm"}
+    ]}]))]
     pub(in crate::input) markers: Option<BTreeMap<String, Vec<Marker>>>,
     /// The records.
     #[schemars(required, extend("minItems" = 1))]

@@ -227,7 +227,8 @@ fn not_xml(text: &str, error: &roxmltree::Error) -> (usize, String) {
 fn innermost_open(text: &str) -> Option<(&str, usize)> {
     let mut open: Vec<(&str, usize)> = Vec::new();
     let mut at = 0;
-    // Lines are counted as they go by: counted from the start each time, a large file takes minutes.
+    // Lines are counted as they go by: counted from the start each time, a large file takes
+    // minutes.
     let (mut line, mut counted) = (1, 0);
     while let Some(next) = text.get(at..)?.find('<') {
         let start = at + next;

@@ -1,5 +1,5 @@
-//! The output `advice/1`: everything that was found, for programs. Every number is written with all digits
-//! of a double; a number that is not finite is refused.
+//! The output `advice/1`: everything that was found, for programs. Every number is written with all
+//! digits of a double; a number that is not finite is refused.
 
 use std::borrow::Cow;
 
@@ -71,8 +71,8 @@ pub(in crate::report) struct Advice<'a> {
     policy_overrides: &'a [String],
     /// What was asked for: what makes one speed better than another.
     objective: Objective,
-    /// What is to be known beside the advice, by code: in what a resonance may hide at the safe speeds,
-    /// too, and what the job accepts.
+    /// What is to be known beside the advice, by code: in what a resonance may hide at the safe
+    /// speeds, too, and what the job accepts.
     warnings: Vec<Warning<'a>>,
     /// One entry an operation, in the order of the job.
     operations: Vec<Operation<'a>>,
@@ -94,7 +94,8 @@ struct Model {
     uncertainty_percent: f64,
 }
 
-/// `constant`: run at recommended_rpm. `scheduled`: run the schedule. `infeasible`: no speed is safe.
+/// `constant`: run at recommended_rpm. `scheduled`: run the schedule. `infeasible`: no speed is
+/// safe.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(inline)]
@@ -113,28 +114,33 @@ struct Operation<'a> {
     status: Status,
     /// Why, in one sentence.
     reason: String,
-    /// The constant speeds that keep every line out of every widened band at every point of the path,
-    /// ascending, each as lowest and highest.
+    /// The constant speeds that keep every line out of every widened band at every point of the
+    /// path, ascending, each as lowest and highest.
     safe_speeds_rpm: Vec<[f64; 2]>,
-    /// The best of them; null where there is none. With status scheduled it is the constant alternative.
+    /// The best of them; null where there is none. With status scheduled it is the constant
+    /// alternative.
     recommended_rpm: Option<f64>,
     /// The feed that belongs to what the status recommends; null where that is nothing.
     recommended_feed_mm_per_min: Option<f64>,
-    /// The least distance of any line to any mode at what is recommended, in percent of the mode's frequency;
-    /// null where nothing is recommended or nothing counts.
+    /// The least distance of any line to any mode at what is recommended, in percent of the mode's
+    /// frequency; null where nothing is recommended or nothing counts.
     separation_percent: Option<f64>,
-    /// Spindle speed over s, linear in time between; null where a constant speed is recommended or none is safe.
+    /// Spindle speed over s, linear in time between; null where a constant speed is recommended or
+    /// none is safe.
     schedule: Option<Vec<Point>>,
-    /// More on the schedule; null where there is none, or where it is the programmed one, which is safe.
+    /// More on the schedule; null where there is none, or where it is the programmed one, which is
+    /// safe.
     schedule_facts: Option<&'a Schedule>,
-    /// Why there is no schedule where one was sought; null where there is one or a constant speed suffices.
+    /// Why there is no schedule where one was sought; null where there is one or a constant speed
+    /// suffices.
     schedule_missing: Option<&'static str>,
     /// What closes the last gap where no constant speed is safe; null where one is.
     binding: Option<Binding>,
-    /// What else could open a gap, the best first; empty where a constant speed is safe. None is applied.
+    /// What else could open a gap, the best first; empty where a constant speed is safe. None is
+    /// applied.
     levers: Vec<Lever>,
-    /// What the cutting force moves the tool tip along the path; null where the job does not say enough of the
-    /// cut, see vibration_missing.
+    /// What the cutting force moves the tool tip along the path; null where the job does not say
+    /// enough of the cut, see vibration_missing.
     vibration: Option<&'a Vibration>,
     /// Why vibration is null.
     vibration_missing: Option<String>,
@@ -144,7 +150,8 @@ struct Operation<'a> {
     /// The programmed speed (the mean over time of a programmed schedule).
     programmed_rpm: f64,
     programmed_feed_mm_per_min: f64,
-    /// Whether a program states feeds of its own per minute or second: these are to be scaled like the feed.
+    /// Whether a program states feeds of its own per minute or second: these are to be scaled like
+    /// the feed.
     program_has_own_feeds: bool,
     /// Whether a program states feeds per revolution: they follow the spindle speed by themselves.
     program_has_feeds_per_revolution: bool,
@@ -158,9 +165,10 @@ struct Operation<'a> {
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Lever {
-    /// `tool`: another cutter of tools_on_hand, or the same with equal pitch. `turn_tool`: the tool turned about its own axis.
-    /// `move_work_object`: in the base frame. `spindle`: one with another range. `min_tip_response`: a threshold
-    /// that leaves out a mode. `separation`: less of it. `model_uncertainty`: less of it.
+    /// `tool`: another cutter of tools_on_hand, or the same with equal pitch. `turn_tool`: the tool
+    /// turned about its own axis. `move_work_object`: in the base frame. `spindle`: one with
+    /// another range. `min_tip_response`: a threshold that leaves out a mode. `separation`: less of
+    /// it. `model_uncertainty`: less of it.
     lever: LeverName,
     /// In words.
     change: String,
@@ -168,8 +176,8 @@ struct Lever {
     opens: bool,
     /// The safe speed nearest to the programmed one then; null where there is none.
     rpm: Option<f64>,
-    /// The largest distance from every mode that a constant speed keeps then, in percent of the mode's frequency;
-    /// null where nothing counts.
+    /// The largest distance from every mode that a constant speed keeps then, in percent of the
+    /// mode's frequency; null where nothing counts.
     margin_percent: Option<f64>,
     teeth: Option<u32>,
     angle_deg: Option<f64>,

@@ -221,8 +221,8 @@ fn push_schedule(operation: &OperationAdvice, plan: &Schedule, text: &mut String
     }
     let [low, high] = plan.chip_load_ratios;
     let chip_load = if operation.program_feeds.per_revolution {
-        "the program's feeds per revolution would follow the speed and shift the schedule along the path; \
-         state feeds per minute to run it"
+        "the program's feeds per revolution would follow the speed and shift the schedule along \
+         the path; state feeds per minute to run it"
             .to_owned()
     } else {
         format!("chip load {}–{} % of the programmed one", round_percent(low), round_percent(high))

@@ -141,7 +141,8 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
     if let Some(best) = operation.exceeding_rpm {
         let best = rpm(best);
         return format!(
-            "the safe speed nearest to {best}, which would be best but exceeds a limit of the policy"
+            "the safe speed nearest to {best}, which would be best but exceeds a limit of the \
+             policy"
         );
     }
     if constant.is_programmed {
@@ -208,8 +209,8 @@ fn scheduled_reason(plan: &Schedule) -> String {
         _ => format!("{} bands", plan.passages.len()),
     };
     format!(
-        "every speed, constant or varying, crosses a band; this schedule, {range}, crosses {bands} as fast as the \
-         spindle can and stays clear of all others, {} s in total",
+        "every speed, constant or varying, crosses a band; this schedule, {range}, crosses {bands} \
+         as fast as the spindle can and stays clear of all others, {} s in total",
         significant(plan.exposed_s)
     )
 }
@@ -235,8 +236,8 @@ pub(super) fn passage(passage: &Passage) -> String {
         [from, to] => format!("lines {from}–{to}"),
     };
     format!(
-        "mode {} with {}: enters the band at {enters} % of the time ({before} rpm), leaves it at {leaves} % ({after} \
-         rpm), {lines}; {} s, {} tooth impacts, {effect}",
+        "mode {} with {}: enters the band at {enters} % of the time ({before} rpm), leaves it at \
+         {leaves} % ({after} rpm), {lines}; {} s, {} tooth impacts, {effect}",
         passage.mode,
         line(&passage.line),
         significant(passage.seconds),
@@ -375,8 +376,8 @@ fn no_constant(job: &AdvisedJob) -> String {
     let advice = &job.advice;
     let up_to = if is_uniform(&advice.uncertainty_by_mode) { "" } else { "up to " };
     format!(
-        "no constant spindle speed in {}..{} rpm stays {up_to}{} % (separation {} %, model uncertainty \
-         {}) away from every mode along the whole path",
+        "no constant spindle speed in {}..{} rpm stays {up_to}{} % (separation {} %, model \
+         uncertainty {}) away from every mode along the whole path",
         trimmed(job.spindle.min_rpm, 2),
         trimmed(job.spindle.max_rpm, 2),
         round_percent(advice.separation + advice.model_uncertainty()),

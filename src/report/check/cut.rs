@@ -108,8 +108,8 @@ fn of_chatter(chatter: &Chatter) -> String {
         end.map_or_else(|| "1000".to_owned(), |end_m| format!("{:.3}", mm_from_m(end_m)))
     });
     format!(
-        "from {:.3} mm of {limit_of} ({low} to {high} by the model's uncertainty) at {} % ({mode}, {} \
-         Hz, {}); the cut of {depth} mm {cut}{whose}",
+        "from {:.3} mm of {limit_of} ({low} to {high} by the model's uncertainty) at {} % ({mode}, \
+         {} Hz, {}); the cut of {depth} mm {cut}{whose}",
         mm_from_m(limit_m),
         words::trimmed(percent_from_ratio(at.s), 1),
         words::hz(frequency_hz),

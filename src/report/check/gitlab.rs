@@ -1,6 +1,6 @@
-//! The report of GitLab's code quality widget: a finding is an entry, with a fingerprint by which it
-//! is the same finding in the next run. The format has no other place than entries, so what the run
-//! sets of the policy is one, at the first job.
+//! The report of GitLab's code quality widget: a finding is an entry, with a fingerprint by which
+//! it is the same finding in the next run. The format has no other place than entries, so what the
+//! run sets of the policy is one, at the first job.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! The output `check/1`: everything that a check found, for programs. Every number is written with all
-//! digits of a double; a number that is not finite is refused.
+//! The output `check/1`: everything that a check found, for programs. Every number is written with
+//! all digits of a double; a number that is not finite is refused.
 
 use std::borrow::Cow;
 
@@ -15,9 +15,9 @@ use crate::units::written;
 /// Objects and lists nested deeper than this stand on one line: a sample, a crossing.
 const DEEPEST_SPREAD: usize = 6;
 
-/// The results of `detune check` as JSON, one entry a job, in the order given, with all samples of the
-/// results: every pose that was looked at, or, beyond 5000 of them in an operation, so many that
-/// neighbours are no more than 1/2000 apart in s.
+/// The results of `detune check` as JSON, one entry a job, in the order given, with all samples of
+/// the results: every pose that was looked at, or, beyond 5000 of them in an operation, so many
+/// that neighbours are no more than 1/2000 apart in s.
 ///
 /// # Errors
 /// If a number is not finite, which would be an internal error.
@@ -67,8 +67,8 @@ struct Job<'a> {
     settings: Option<&'a Settings>,
     /// Keys of the policy that the command line sets, KEY=VALUE.
     policy_overrides: &'a [String],
-    /// That a line lies in a mode's band somewhere in any operation, what is accepted left out; never
-    /// below one over the number of draws.
+    /// That a line lies in a mode's band somewhere in any operation, what is accepted left out;
+    /// never below one over the number of draws.
     probability: f64,
     /// Its standard error.
     probability_std_error: f64,

@@ -151,35 +151,37 @@ impl RuleOf {
             Self::Resonance => [
                 "Resonance",
                 "An excitation line lies inside a mode's band",
-                "A multiple of the tooth-passing or spindle frequency lies closer to a natural frequency of \
-                 the robot arm than the separation that the job's policy requires.",
+                "A multiple of the tooth-passing or spindle frequency lies closer to a natural \
+                 frequency of the robot arm than the separation that the job's policy requires.",
                 "Use another spindle speed or arm pose on this stretch, then check again.",
             ],
             Self::Uncertain => [
                 "Uncertain",
                 "An excitation line lies within the model uncertainty of a mode's band",
-                "A multiple of the tooth-passing or spindle frequency lies outside a mode's band, but within \
-                 the uncertainty of the robot model.",
-                "Keep more distance, or reduce the model uncertainty by calibrating with measured frequencies \
-                 of this arm.",
+                "A multiple of the tooth-passing or spindle frequency lies outside a mode's band, \
+                 but within the uncertainty of the robot model.",
+                "Keep more distance, or reduce the model uncertainty by calibrating with measured \
+                 frequencies of this arm.",
             ],
             Self::Unchecked => [
                 "Unchecked",
                 "Nothing, or nothing that counts, was checked",
-                "No excitation line or no mode counts on the whole path, or the spindle stands still.",
+                "No excitation line or no mode counts on the whole path, or the spindle stands \
+                 still.",
                 "Check the job's policy and the spindle commands of the program.",
             ],
             Self::Doubt => [
                 "Doubt",
                 "A resonance may hide in what was left out or assumed",
-                "Something was left out of the check or assumed for it, so the verdict is at best uncertain.",
+                "Something was left out of the check or assumed for it, so the verdict is at best \
+                 uncertain.",
                 "State what is missing, or accept it in the job with a reason.",
             ],
             Self::Limit => [
                 "Limit",
                 "The cutting force moves the tool tip farther than the policy allows",
-                "The static deflection under the mean cutting force, or the vibration under its harmonics, \
-                 exceeds a limit of the job's policy.",
+                "The static deflection under the mean cutting force, or the vibration under its \
+                 harmonics, exceeds a limit of the job's policy.",
                 "Cut less deep, use another speed, feed or arm pose, then check again.",
             ],
         };

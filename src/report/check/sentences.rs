@@ -44,8 +44,8 @@ pub(in crate::report) fn moves(crossing: &Crossing) -> String {
     text
 }
 
-/// `spindle × 1 (ignored 49–51 Hz), modes 5, 6 (below 0.5 µm/N)`, and what of it hangs on a tcp that
-/// nobody states; `None` where everything counts.
+/// `spindle × 1 (ignored 49–51 Hz), modes 5, 6 (below 0.5 µm/N)`, and what of it hangs on a tcp
+/// that nobody states; `None` where everything counts.
 pub(in crate::report) fn left_out(operation: &CheckedOperation<'_>) -> Option<String> {
     let (left_out, policy) = (&operation.risk.left_out, &operation.job.policy);
     if left_out.is_empty() {
@@ -301,8 +301,8 @@ pub(in crate::report) fn sentence(
     let terms = terms
         .map_or_else(String::new, |terms| format!("; accepted {}", printable(&terms.to_string())));
     format!(
-        "operation '{}': {} meets {}: {} apart, {}, at {}{flanks}, closest at {}{moves}; {} µm/N at the tool tip at \
-         resonance{terms}",
+        "operation '{}': {} meets {}: {} apart, {}, at {}{flanks}, closest at {}{moves}; {} µm/N \
+         at the tool tip at resonance{terms}",
         printable(&risk.name),
         mode(crossing.mode, crossing.natural_frequency_hz),
         line_at(&crossing.line, crossing.excitation_hz),

@@ -335,8 +335,8 @@ pub(in crate::report) fn next(job: &CheckedJob) -> &'static str {
             "state what the arm carries, then check again; without it no speed counts as clear"
         }
         (Verdict::Resonance, _) if !has_open => {
-            "cut less deep, or use another spindle speed, feed or arm pose where a limit is exceeded; \
-             then check again"
+            "cut less deep, or use another spindle speed, feed or arm pose where a limit is \
+             exceeded; then check again"
         }
         (Verdict::Resonance, _) => {
             "use another spindle speed or arm pose on these stretches, then check again"
@@ -344,8 +344,8 @@ pub(in crate::report) fn next(job: &CheckedJob) -> &'static str {
         (Verdict::Uncertain, _)
             if !has_open && job.risk.warnings.iter().any(Warning::leaves_doubt) =>
         {
-            "settle what the verdict is uncertain because of, or accept it in the job with a reason; \
-             then check again"
+            "settle what the verdict is uncertain because of, or accept it in the job with a \
+             reason; then check again"
         }
         (Verdict::Uncertain, true) => {
             "keep more distance from the mode, or measure the arm near this pose, then check again"
@@ -360,12 +360,13 @@ pub(in crate::report) fn next(job: &CheckedJob) -> &'static str {
             "clear but for what is accepted, which counts again from the day after it ends"
         }
         (Verdict::Clear, _) if any_cut(job, |chatter| chatter.is_beyond) => {
-            "no change needed for the arm's resonances, but the cut chatters: cut less deep, or see \
-             detune lobes for a speed at which this depth is stable"
+            "no change needed for the arm's resonances, but the cut chatters: cut less deep, or \
+             see detune lobes for a speed at which this depth is stable"
         }
         (Verdict::Clear, _) if any_cut(job, |chatter| chatter.may_be_beyond) => {
-            "no change needed for the arm's resonances, but with the model's uncertainty the cut may \
-             chatter: cut less deep, or see detune lobes for a speed at which this depth is stable"
+            "no change needed for the arm's resonances, but with the model's uncertainty the cut \
+             may chatter: cut less deep, or see detune lobes for a speed at which this depth is \
+             stable"
         }
         (Verdict::Clear, _) if tells_stability(job) => {
             "no change needed for the arm's resonances; what the cut does stands beside the verdict"

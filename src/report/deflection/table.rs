@@ -6,8 +6,8 @@ use crate::units::{um_from_m, um_per_n_from_m_per_n};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// One row a pose, numbers with as many digits as bring them back exactly; blank where a force is not
-/// known.
+/// One row a pose, numbers with as many digits as bring them back exactly; blank where a force is
+/// not known.
 pub fn deflection_csv(found: &Deflections) -> String {
     let has_path = found.rows.iter().any(|row| row.s.is_some());
     let mut titles: Vec<String> = Vec::new();

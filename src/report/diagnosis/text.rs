@@ -260,8 +260,8 @@ fn next(d: &Diagnosis, out: &mut String) {
         Verdict::Unexplained if suggests_nothing => wrapped(
             out,
             "  ",
-            "repeat some poses immediately and again on another day, at another excitation level and \
-             temperature, with these columns in the table",
+            "repeat some poses immediately and again on another day, at another excitation level \
+             and temperature, with these columns in the table",
         ),
         Verdict::Unexplained => {}
     }

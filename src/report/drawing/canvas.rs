@@ -374,8 +374,8 @@ impl OwnStroke {
     }
 }
 
-/// Move to the first point, lines to the others: how far from the last, as that is short. Places are
-/// rounded to a tenth of a pixel before, so that errors do not add up.
+/// Move to the first point, lines to the others: how far from the last, as that is short. Places
+/// are rounded to a tenth of a pixel before, so that errors do not add up.
 fn path_of(points: &[(f64, f64)]) -> String {
     let rounded = points.iter().map(|(x, y)| [x, y].map(|at| (at * 10.0).round() as i64));
     let mut path = String::new();

@@ -1,5 +1,5 @@
-//! A drawing with characters, for a terminal: lines as Braille dots (two by four a character), areas
-//! as shades, the legend below.
+//! A drawing with characters, for a terminal: lines as Braille dots (two by four a character),
+//! areas as shades, the legend below.
 
 use super::canvas::{Anchor, Canvas, Element, Frame, OwnStroke, Run};
 use super::palette::{GRID, INK, PAPER};

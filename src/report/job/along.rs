@@ -45,8 +45,8 @@ pub(super) fn operation(job: &JobPage, index: usize) -> String {
     }
     let limit_of = risk.stability.as_ref().map_or("", |chatter| chatter.limit_of.name());
     let stability = format!(
-        "The {limit_of} at which the cut chatters along the path, the smallest with its {confidence} % \
-         interval"
+        "The {limit_of} at which the cut chatters along the path, the smallest with its \
+         {confidence} % interval"
     );
     for (caption, drawn) in [
         ("How far the cutting force moves the tool tip along the path", plots::tool_tip(risk)),
@@ -75,7 +75,8 @@ fn crossings(all: &[Crossing]) -> String {
     let more = match all.len() - crossings.len() {
         0 => String::new(),
         more => format!(
-            "<p>The most severe of {}; <code>detune check --format json</code> has the other {more}.</p>\n",
+            "<p>The most severe of {}; <code>detune check --format json</code> has the other \
+             {more}.</p>\n",
             all.len()
         ),
     };

@@ -102,7 +102,8 @@ fn card(job: &JobPage, index: usize, operation: &CheckedOperation<'_>) -> String
     }
     let verdict = words::spelled(risk.verdict);
     format!(
-        "<article class=\"card {verdict}\"><h3>{} {}</h3>\n<p class=\"soft\">{}, {} s</p>\n{}</article>\n",
+        "<article class=\"card {verdict}\"><h3>{} {}</h3>\n<p class=\"soft\">{}, {} s</p>\n\
+         {}</article>\n",
         text(&risk.name),
         badge(risk.verdict),
         text(&sentences::speed(operation)),

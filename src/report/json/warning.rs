@@ -13,7 +13,8 @@ use crate::risk;
 pub(in crate::report) struct Warning<'a> {
     /// Of what kind; the guide lists them.
     code: &'static str,
-    /// Whether a resonance may hide in it and nobody accepts that: the verdict is at best uncertain.
+    /// Whether a resonance may hide in it and nobody accepts that: the verdict is at best
+    /// uncertain.
     hides_clear: bool,
     /// What is to be known, and where it stands.
     text: String,

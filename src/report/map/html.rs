@@ -17,8 +17,8 @@ use super::reduced_plot::reduced_drawing;
 /// More poses than this are not listed: some, evenly.
 const MAX_ROWS: usize = 200;
 
-/// The page of a map. `swept` is the joint (by place) that the poses sweep, if one does; `moving` is
-/// the arm at some of the poses.
+/// The page of a map. `swept` is the joint (by place) that the poses sweep, if one does; `moving`
+/// is the arm at some of the poses.
 ///
 /// # Errors
 /// If a number is not finite, which would be a fault of the program.

@@ -65,7 +65,8 @@ function unpack(surface) {
   const triples = (text) => {
     const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0)), view = new DataView(bytes.buffer);
     const number = (i) => view.getUint16(2 * i, true);
-    return Array.from({ length: bytes.length / 6 }, (_, i) => [number(3 * i), number(3 * i + 1), number(3 * i + 2)]);
+    const triple = (_, i) => [0, 1, 2].map((k) => number(3 * i + k));
+    return Array.from({ length: bytes.length / 6 }, triple);
   };
   const { low, size } = surface;
   const points = triples(surface.points).map((p) => p.map((v, k) => low[k] + size[k] * v / 65535));
@@ -204,7 +205,8 @@ class ArmView {
 
   camera() {
     const { canvas, target, distance, azimuth, height } = this;
-    const ahead = [Math.cos(azimuth) * Math.cos(height), Math.sin(azimuth) * Math.cos(height), Math.sin(height)];
+    const level = Math.cos(height);
+    const ahead = [Math.cos(azimuth) * level, Math.sin(azimuth) * level, Math.sin(height)];
     const right = [-Math.sin(azimuth), Math.cos(azimuth), 0], up = cross(ahead, right);
     const eye = add(target, ahead, distance);
     const f = 2.2, aspect = canvas.width / canvas.height, near = 0.02 * distance, far = 8 * distance;

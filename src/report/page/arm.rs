@@ -31,21 +31,25 @@ pub(in crate::report) fn controls(arm: &Arm, index: usize, slider: Slider) -> St
     };
     format!(
         "<h2>{title}</h2>\n\
-         <noscript><p>Without scripts the arm is not drawn; plots and tables stand below.</p></noscript>\n\
+         <noscript><p>Without scripts the arm is not drawn; plots and tables stand \
+         below.</p></noscript>\n\
          <div class=\"bar\">{select}<label class=\"grow\">{place} \
          <input type=\"range\" data-is=\"place\" min=\"0\" max=\"1\" value=\"0\"></label>\
          <output data-is=\"here\"></output></div>\n\
          <div class=\"arm\"><div><canvas data-is=\"view\" tabindex=\"0\" role=\"img\" \
-         aria-label=\"The arm at the chosen place, moving in the chosen mode; drag or arrow keys turn \
-         it, + and - zoom\"></canvas>\n\
+         aria-label=\"The arm at the chosen place, moving in the chosen mode; drag or arrow keys \
+         turn it, + and - zoom\"></canvas>\n\
          <p class=\"key\">{key}<span><i class=\"rest\"></i>arm at rest</span></p>{}</div>\n\
          <div><h3 data-is=\"mode\"></h3>\
          <p class=\"soft\">Amplitudes of the elastic coordinates, the largest as 1</p>\
          <div class=\"shape\" data-is=\"shape\"></div>\n\
-         <div class=\"options\"><label><input type=\"checkbox\" data-is=\"animate\" checked> move</label>\
+         <div class=\"options\"><label><input type=\"checkbox\" data-is=\"animate\" checked> \
+         move</label>\
          <label><input type=\"checkbox\" data-is=\"bodies\"> inertia ellipsoids</label>\
-         <label>size <input type=\"range\" data-is=\"size\" min=\"1\" max=\"20\" value=\"7\"></label></div>\n\
-         <div class=\"scroll\"><table data-csv=\"modes\" data-is=\"modes\" id=\"modes-{index}\"><thead>\
+         <label>size <input type=\"range\" data-is=\"size\" min=\"1\" max=\"20\" \
+         value=\"7\"></label></div>\n\
+         <div class=\"scroll\"><table data-csv=\"modes\" data-is=\"modes\" \
+         id=\"modes-{index}\"><thead>\
          <tr>{heads}</tr></thead><tbody></tbody></table></div></div></div>\n",
         not_drawn(arm)
     )

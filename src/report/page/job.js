@@ -114,8 +114,10 @@ class JobView {
 
   // The chosen place in the plots of an operation.
   mark(operation) {
-    const place = this.job.operations[operation].places[this.chosen[operation]], plots = this.plots[operation] ?? [];
-    plots.filter((p) => p.area.dataset.along !== undefined).forEach((p) => p.moveCursor(this.abscissa(place)));
+    const place = this.job.operations[operation].places[this.chosen[operation]];
+    const plots = this.plots[operation] ?? [];
+    const along = plots.filter((p) => p.area.dataset.along !== undefined);
+    along.forEach((p) => p.moveCursor(this.abscissa(place)));
     plots.filter((p) => p.area.dataset.receptance !== undefined).forEach((p) => this.receptances(p, place));
   }
 
@@ -246,6 +248,7 @@ class JobView {
   readReceptance(hz) {
     const motions = tipMotions(this.arm, this.here);
     const one = (direction) => shown(receptance(this.here, motions, direction, hz), 3);
-    return [`${shown(hz)} Hz`, `x: ${one([1, 0, 0])} µm/N`, `y: ${one([0, 1, 0])} µm/N`, `z: ${one([0, 0, 1])} µm/N`];
+    const [x, y, z] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(one);
+    return [`${shown(hz)} Hz`, `x: ${x} µm/N`, `y: ${y} µm/N`, `z: ${z} µm/N`];
   }
 }

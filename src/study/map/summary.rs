@@ -68,8 +68,8 @@ impl Summary {
         }
         if let Some(Aliased { mode, frequency_hz, seen_at_hz }) = self.first_aliased {
             let what = format!(
-                "{} left blank: above half the sampling rate (mode {} at {frequency_hz:.2} Hz would \
-                 appear at {seen_at_hz:.2} Hz); raise the sampling rate",
+                "{} left blank: above half the sampling rate (mode {} at {frequency_hz:.2} Hz \
+                 would appear at {seen_at_hz:.2} Hz); raise the sampling rate",
                 frequencies(self.aliased),
                 mode + 1
             );
@@ -77,7 +77,8 @@ impl Summary {
         }
         if self.unresolved > 0 {
             let what = format!(
-                "{} left blank: the record is too short to resolve close modes; lengthen the record",
+                "{} left blank: the record is too short to resolve close modes; lengthen the \
+                 record",
                 frequencies(self.unresolved)
             );
             warn(Code::Doubtful, "duration-s", what);
