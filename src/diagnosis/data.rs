@@ -84,7 +84,21 @@ pub(super) struct Data {
     pub(super) decorrelation: Decorrelation,
 }
 
+/// Joint positions that differ by less are the same, rad: tables are rounded.
+const SAME_PLACE: f64 = 1e-6;
+
 impl Data {
+    /// The joint that alone moves over the table, under one load; `None` if it is not just one.
+    pub(super) fn swept_joint(&self) -> Option<usize> {
+        let (first, others) = self.rows.split_first()?;
+        let moves = |joint: &usize| {
+            others.iter().any(|row| (row.q[*joint] - first.q[*joint]).abs() > SAME_PLACE)
+        };
+        let mut moved = (0..first.q.len()).filter(moves);
+        let (joint, None) = (moved.next()?, moved.next()) else { return None };
+        others.iter().all(|row| row.load == first.load).then_some(joint)
+    }
+
     /// All rows of a table.
     pub(super) fn of(table: &ModeTable, payload: Option<&Payload>) -> Self {
         let quantum = table.quantum_hz();
@@ -299,5 +313,26 @@ fn loads(table: &ModeTable, own_kg: f64) -> impl Fn(Option<f64>) -> Load + use<>
         Some(kg) if is_own(kg) => Load::NOMINAL,
         Some(kg) if counts_own => Load { share: kg / own_kg, ..Load::NOMINAL },
         Some(kg) => Load { more_kg: kg, ..Load::NOMINAL },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::tests::data;
+
+    #[test]
+    fn a_joint_is_swept_where_nothing_else_changes() {
+        let mut table = data(4);
+        table.rows.iter_mut().for_each(|row| (row.q[0], row.q[2]) = (0.5, -0.5));
+        table.rows[3].q[1] += 1.0;
+        assert_eq!(table.swept_joint(), Some(1));
+        let mut other = table.clone();
+        other.rows[2].q[2] += 0.1;
+        assert_eq!(other.swept_joint(), None);
+        let mut loaded = table.clone();
+        loaded.rows[2].load.more_kg = 5.0;
+        assert_eq!(loaded.swept_joint(), None);
+        table.rows.truncate(1);
+        assert_eq!(table.swept_joint(), None);
     }
 }

@@ -156,7 +156,6 @@ pub fn diagnose(
         next_tests,
         ranking: ranking(&choice),
         corrections: if is_alone { Vec::new() } else { corrections(&data, &chosen) },
-        joints: arm.joints,
         findings,
         notes: [
             beyond,
@@ -170,11 +169,13 @@ pub fn diagnose(
             names_causes.then(|| far_off(&data, &chosen)).flatten(),
             out_of_rank(&data, &chosen),
             few_states(&data),
+            one_joint_alone(&data, &arm, &chosen),
             drifts_as_temperature(&data, &chosen),
         ]
         .into_iter()
         .flatten()
         .collect(),
+        joints: arm.joints,
         residuals,
     })
 }
@@ -332,6 +333,19 @@ fn few_states(data: &Data) -> Option<Note> {
         if count == 1 { "" } else { "s" }
     );
     (count < MIN_STATES).then(|| Note::warning(Code::TooLittleData, Place::default(), what))
+}
+
+/// Several causes by a table along one joint: other sets of as many causes are about as good.
+fn one_joint_alone(data: &Data, arm: &Arm<'_>, chosen: &Fit<'_>) -> Option<Note> {
+    let (joint, _) = arm.joints.get(data.swept_joint()?)?;
+    let has_several = chosen.hypothesis.effects.len() > 1;
+    let what = format!(
+        "only {joint} moves in this table: along one joint, other sets of causes do nearly the \
+         same, so the causes are less certain together than each looks; measure poses at which \
+         other joints differ, or with a mass added, before you replace a part"
+    );
+    (has_several && arm.joints.len() > 1)
+        .then(|| Note::warning(Code::Remark, Place::default(), what))
 }
 
 /// A drift that goes with the temperature, or a temperature that rises or falls with the rows as a

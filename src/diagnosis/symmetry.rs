@@ -11,9 +11,6 @@ use super::outcome::{Mirror, ResidualRow, Symmetry};
 use super::structure::{SIGNIFICANCE, dot, orthonormal};
 use crate::model::{Cause, JointKind, Robot};
 
-/// Joint positions that differ by less are the same, rad: tables are rounded.
-const SAME: f64 = 1e-6;
-
 /// The least share of the table's range that must lie on either side of where it mirrors.
 const MIN_SIDE: f64 = 0.2;
 
@@ -36,14 +33,7 @@ pub(super) fn symmetry(
     residuals: &[ResidualRow],
     candidates: &[Candidate],
 ) -> Option<Symmetry> {
-    let (first, others) = data.rows.split_first()?;
-    if others.iter().any(|row| row.load != first.load) {
-        return None;
-    }
-    let varies =
-        |joint: &usize| others.iter().any(|row| (row.q[*joint] - first.q[*joint]).abs() > SAME);
-    let mut varied = (0..first.q.len()).filter(varies);
-    let (joint, None) = (varied.next()?, varied.next()) else { return None };
+    let joint = data.swept_joint()?;
     if robot.joints()[joint].kind == JointKind::Prismatic {
         return None;
     }
@@ -76,7 +66,7 @@ pub(super) fn symmetry(
     let as_shown = |mirror: Mirror| {
         let Some((_, form)) = angle else { return mirror };
         let at = |position: f64| {
-            let mut q = first.q.clone();
+            let mut q = data.rows[0].q.clone();
             q[joint] = position;
             form.at(&q)
         };

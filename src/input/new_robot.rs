@@ -80,18 +80,16 @@ impl GuessedSpring {
 /// The text of a first robot.yaml.
 pub fn new_robot_text(robot: &NewRobot) -> String {
     let mut text = format!(
-        "# Springs with assumed: true are guesses from arms of similar size. As long as one \
-         remains, no verdict\n# is better than uncertain: enter your own values (data sheet, load test, detune \
-         diagnose) and\n\
-         # delete assumed: true.\n\
+        "# Springs with assumed: true are guesses from arms of similar size. As long as one\n\
+         # remains, no verdict is better than uncertain: enter your own values (data sheet, load\n\
+         # test, detune diagnose) and delete assumed: true.\n\
          name: {}\nurdf: {}\n",
         quoted(&robot.name),
         quoted(&robot.urdf)
     );
     if let Some(tip) = &robot.tip {
         text += &format!(
-            "# The frame of tcp and payload; its z points from the flange to the tool on most \
-             arms.\n\
+            "# The frame of tcp and payload; on most arms its z points from flange to tool.\n\
              tip: {}\n",
             quoted(tip)
         );
@@ -125,8 +123,7 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
         );
     }
     if let Some(angles) = &robot.arm_angles {
-        text += "# Guessed from the first two joints whose axes are level and parallel: beta1 is \
-                 the upper arm\n\
+        text += "# Guessed from the first two joints with level, parallel axes: beta1 is the upper arm\n\
                  # above the horizon, beta2 the forearm against the upper arm.\narm_angles:\n";
         for (name, (joint, factor, offset_rad)) in ["beta1", "beta2"].iter().zip(angles) {
             text += &format!(
@@ -143,8 +140,8 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
 pub fn new_job_text(robot: &str, start: &[f64], end: &[f64]) -> String {
     format!(
         "name: First job\nrobot: {}\ntool: {{teeth: 2, diameter_mm: 10}}  # yours\n\
-         # What the arm carries, spindle and tool; until it is stated, no verdict is better than \
-         uncertain:\n\
+         # What the arm carries, spindle and tool; until it is stated, no verdict is better than\n\
+         # uncertain:\n\
          # payload: {{mass_kg: 8, com_m: [0, 0, 0.1]}}\n\
          tcp: {{xyz_m: [0, 0, 0.15]}}  # tool centre point in the frame of the tip\n\
          spindle: {{min_rpm: 1000, max_rpm: 24000}}  # yours\n\

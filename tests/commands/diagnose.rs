@@ -77,6 +77,19 @@ fn the_papers_own_data() {
     assert!(is_near(low, 1482.0) && is_near(high, 2067.0), "{low} {high}");
 }
 
+/// The paper moves its second joint alone. Its causes are named all the same, with the doubt beside the verdict.
+#[test]
+fn several_causes_by_a_table_along_one_joint_are_doubtful_together() {
+    let doubt = "only joint_2 moves in this table";
+    let told = |found: &Value| {
+        let notices = found["notices"].as_array().unwrap();
+        notices.iter().any(|notice| notice.as_str().unwrap().starts_with(doubt))
+    };
+    assert!(told(&measured().0));
+    let text = detune(&["diagnose", "robots/two-link", "robots/two-link/measured.csv"]);
+    assert!(out(&text).contains(&format!("But {doubt}")), "{}", out(&text));
+}
+
 fn causes(found: &Value) -> Vec<&str> {
     let findings = found["findings"].as_array().unwrap();
     findings.iter().map(|finding| finding["cause"].as_str().unwrap()).collect()
@@ -265,6 +278,8 @@ fn the_same_table_twice_gives_the_same_robot() {
     assert!(told.contains("were fitted to poses of this table"), "{told}");
     let fitted_again = second.as_object_mut().unwrap().remove("fitted_again").unwrap();
     assert_eq!(fitted_again.as_array().unwrap().len(), 2);
+    let again = second["notices"].as_array_mut().unwrap().remove(0);
+    assert!(again.as_str().unwrap().contains("fitted to poses of this table"), "{again}");
     assert!(first.as_object_mut().unwrap().remove("fitted_again").is_none());
     assert!(first == second, "{first}\n{second}");
     let undated = |file: &str| -> String {

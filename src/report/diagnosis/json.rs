@@ -17,6 +17,8 @@ use crate::study::diagnose::Diagnosed;
 pub(in crate::report) struct Document<'d> {
     schema: SchemaName,
     verdict: Verdict,
+    /// What is to be known beside the verdict, as on standard error.
+    notices: Vec<&'d str>,
     /// Corrections of the robot's file that were fitted to poses of this table, as "cause at
     /// place": the diagnosis starts without them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -96,6 +98,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> serde_json::Result<String> {
     let document = Document {
         schema: SchemaName::Diagnosis1,
         verdict: d.verdict,
+        notices: diagnosed.notes.iter().map(|note| note.what.as_str()).collect(),
         fitted_again: diagnosed.fitted_again.clone(),
         poses: d.poses,
         baseline: &d.baseline,

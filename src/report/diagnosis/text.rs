@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::words::{
-    alternatives, estimate, finding, left_out, motion, p_value, position, structure, symmetry,
+    alternatives, doubts, estimate, finding, motion, p_value, position, structure, symmetry,
     verdict,
 };
 use crate::diagnosis::{Diagnosis, Finding, LearnedDamping, NextPose, Verdict};
@@ -39,7 +39,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> String {
         );
         wrapped(&mut out, "", &what);
     }
-    left_out(d).for_each(|what| wrapped(&mut out, "", &format!("But {what}.")));
+    doubts(d).for_each(|what| wrapped(&mut out, "", &format!("But {what}.")));
     out.push('\n');
     for (i, found) in d.findings.iter().enumerate() {
         one_finding(&mut out, i + 1, found);

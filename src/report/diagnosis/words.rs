@@ -1,7 +1,6 @@
 //! What is said in several formats.
 
 use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Symmetry, Verdict};
-use crate::notes::{Code, Note};
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, unit_of};
 
 /// A number with the digits that a person wants: four significant ones.
@@ -74,10 +73,9 @@ pub(super) fn p_value(p: f64) -> String {
     if p < 1e-12 { "< 1e-12".to_owned() } else { format!("{p:.1e}") }
 }
 
-/// What of the table is left out or far off.
-pub(super) fn left_out(diagnosis: &Diagnosis) -> impl Iterator<Item = &str> {
-    let is_of_table = |note: &&Note| matches!(note.code, Code::LeftOut | Code::Outlier);
-    diagnosis.notes.iter().filter(is_of_table).map(|note| note.what.as_str())
+/// What makes the verdict less sure than it looks.
+pub(super) fn doubts(diagnosis: &Diagnosis) -> impl Iterator<Item = &str> {
+    diagnosis.notes.iter().map(|note| note.what.as_str())
 }
 
 /// The verdict in a sentence.
