@@ -123,8 +123,8 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
         );
     }
     if let Some(angles) = &robot.arm_angles {
-        text += "# Guessed from the first two joints with level, parallel axes: beta1 is the upper arm\n\
-                 # above the horizon, beta2 the forearm against the upper arm.\narm_angles:\n";
+        text += "# Guessed from the first two joints with level, parallel axes: beta1 is the \
+                 upper arm\n# above the horizon, beta2 the forearm against the upper arm.\narm_angles:\n";
         for (name, (joint, factor, offset_rad)) in ["beta1", "beta2"].iter().zip(angles) {
             text += &format!(
                 "  {name}: {{terms: {{{}: {factor:.1}}}, offset_rad: {offset_rad}}}\n",
