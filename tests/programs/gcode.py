@@ -1,9 +1,13 @@
 """G-code of Fanuc's, Haas' and LinuxCNC's kind: as it always was, and in newer forms."""
 
 import math
+import re
 
 from lists import end_of, flat, n
 from writer import Writer
+
+
+COORDINATE = re.compile(r"[XYZxyz] ?(-?\d+(?:\.\d+)?)")
 
 
 class GCode(Writer):
@@ -134,7 +138,7 @@ class GCode(Writer):
         self.count += 1
         name, times = self.count, f" L{count}" if count > 1 or self.chance(0.2) else ""
         # N numbers belong to their program, and what a file calls need not be in the one that calls it.
-        kinds = {"M97": ["M97"], "M98": ["M98", "word"], "own": ["own", "named"] * self.has_files}
+        kinds = {"M97": ["M97"], "M98": ["M98", "word", "G65"], "own": ["own", "named"] * self.has_files}
         kind = self.rng.choice(sum((kinds[each] for each in self.callable), []))
         within = {"M97": self.callable, "own": ("own",), "named": ("own",)}
         before, self.callable = self.callable, within.get(kind, ("M98", "own"))
@@ -153,6 +157,16 @@ class GCode(Writer):
             else:
                 own = self.rng.choice([f"part{name}.nc", f"O{name}.nc"])
                 self.files[own] = "\n".join(["%", *text, "%", ""])
+        elif kind == "G65":
+            # One number of the stretch, if it has one, is an argument: A is #1.
+            numbers = [(i, found) for i, line in enumerate(lines) for found in COORDINATE.finditer(line)]
+            given = ""
+            if numbers:
+                i, found = self.rng.choice(numbers)
+                lines[i] = lines[i][: found.start(1)] + "#1" + lines[i][found.end(1) :]
+                given = f" A{found[1]}"
+            self.subs += [f"O{name}", *lines, "M99"]
+            self.out.append(f"G65 P{name}{times}{given}")
         elif kind == "word":
             self.first += [f"o{name} sub", *lines, f"o{name} endsub"]
             self.out += [f"o{name} call"] * count

@@ -79,6 +79,12 @@ class Heidenhain(Writer):
 
     def arc(self, centre, sweep, end, feed):
         sense, angle, radius = "DR+" if sweep > 0 else "DR-", abs(sweep), math.dist(self.at[:2], centre[:2])
+        if end[2] != self.at[2]:
+            # The only block for a helix.
+            if self.pole is None or math.dist(self.pole, self.local([*centre[:2], 0.0])[:2]) > 1e-9:
+                self.set_pole(*self.local([*centre[:2], 0.0])[:2])
+            words = self.words(end, "Z")
+            return self.block(["CP", f"IPA{math.degrees(sweep):+.9f}", *words, sense], feed)
         starts = direction_at(centre, self.at, sweep)
         if self.way and sum(a * b for a, b in zip(starts, self.way)) > 1 - 1e-12 and self.chance(0.6):
             # CT with no word of its end would be another block.

@@ -1,8 +1,8 @@
 """What is run, as lists that every dialect is written from.
 
-("line", end, mm/min or None for rapid), ("arc", centre, sweep, end, mm/min) about Z, ("bow", centre, a, b, sweep, end,
-mm/min) through centre + a cos t + b sin t, ("dwell", s), ("speed", rpm), and ("group", form, items): items for which a
-dialect may have a form of its own. `flat` is a list without groups.
+("line", end, mm/min or None for rapid), ("arc", centre, sweep, end, mm/min) about Z, a helix where it ends at another
+height, ("bow", centre, a, b, sweep, end, mm/min) through centre + a cos t + b sin t, ("dwell", s), ("speed", rpm), and
+("group", form, items): items for which a dialect may have a form of its own. `flat` is a list without groups.
 """
 
 import math
@@ -44,9 +44,9 @@ def direction_at(centre, at, sweep):
 
 def heading(at, item):
     """The direction in the plane in which a move from a place ends; none where it has none there."""
-    if item[0] == "arc":
-        return direction_at(item[1], item[3], item[2])
     x, y, z = (b - a for a, b in zip(at, end_of(item)))
+    if item[0] == "arc":
+        return direction_at(item[1], item[3], item[2]) if z == 0 else None
     length = math.hypot(x, y)
     return [x / length, y / length] if item[0] == "line" and z == 0 and length > 0.5 else None
 
@@ -132,9 +132,9 @@ def again(rng, at, feed):
     return ("group", {"kind": "again", "count": count, "body": len(body)}, items)
 
 
-def arc(at, centre, sweep, feed):
+def arc(at, centre, sweep, feed, rise=0.0):
     start, radius = math.atan2(at[1] - centre[1], at[0] - centre[0]), math.hypot(at[0] - centre[0], at[1] - centre[1])
-    end = [centre[0] + radius * math.cos(start + sweep), centre[1] + radius * math.sin(start + sweep), at[2]]
+    end = [centre[0] + radius * math.cos(start + sweep), centre[1] + radius * math.sin(start + sweep), at[2] + rise]
     return ("arc", centre, sweep, end, feed)
 
 
@@ -153,7 +153,7 @@ def on_bow(centre, a, b, angle):
     return [c + x * math.cos(angle) + y * math.sin(angle) for c, x, y in zip(centre, a, b)]
 
 
-def draw(rng, taps=True, bows=False):
+def draw(rng, taps=True, bows=False, helices=False):
     at, found, feed = [0.0, 0.0, 60.0], [("line", [0.0, 0.0, 60.0], None), ("speed", 6000.0)], 600.0
     way = None
     for _ in range(rng.randint(5, 25)):
@@ -176,7 +176,8 @@ def draw(rng, taps=True, bows=False):
                 centre = [at[0] - radius * math.cos(start), at[1] - radius * math.sin(start)]
             else:
                 centre = [round(at[0] - radius * math.cos(start), 3), round(at[1] - radius * math.sin(start), 3)]
-            found.append(arc(at, centre, sweep, feed))
+            rise = round(rng.uniform(-6, 12), 3) if helices and rng.random() < 0.3 else 0.0
+            found.append(arc(at, centre, sweep, feed, rise))
         elif kind < 0.73:
             found.append(bow(rng, at, feed) if bows else ("dwell", 0.75))
         elif kind < 0.86:
@@ -218,11 +219,11 @@ def pieces(truth):
             _, centre, sweep, end, feed = item
             start, radius = math.atan2(at[1] - centre[1], at[0] - centre[0]), math.dist(at[:2], centre[:2])
 
-            def on(u, centre=centre, start=start, radius=radius, sweep=sweep, z=at[2]):
+            def on(u, centre=centre, start=start, radius=radius, sweep=sweep, z=at[2], rise=end[2] - at[2]):
                 angle = start + sweep * u
-                return [centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle), z]
+                return [centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle), z + rise * u]
 
-            found.append((radius * abs(sweep) / (feed / 60), on, rpm))
+            found.append((math.hypot(radius * sweep, end[2] - at[2]) / (feed / 60), on, rpm))
             at = end
     return found
 

@@ -115,18 +115,20 @@ class Sinumerik(Writer):
     def arc(self, centre, sweep, end, feed):
         radius, angle, code = math.dist(self.at[:2], centre[:2]), abs(sweep), "G3" if sweep > 0 else "G2"
         starts = direction_at(centre, self.at, sweep)
-        if self.way and sum(a * b for a, b in zip(starts, self.way)) > 1 - 1e-12 and self.chance(0.6):
+        is_flat = end[2] == self.at[2]
+        if is_flat and self.way and sum(a * b for a, b in zip(starts, self.way)) > 1 - 1e-12 and self.chance(0.6):
             words = self.end(end, "XY") or [self.to("X", self.local(end)[0], self.local(self.at)[0])]
             return self.block(["CT"] + words, feed)
         kind = self.rng.random()
         if kind < 0.25 and not self.relative:
-            return self.block([code] + self.polar([*centre[:2], 0.0], end), feed)
-        if kind < 0.5:
+            words = self.polar([*centre[:2], 0.0], end)
+            return self.block([code] + words + ([] if is_flat else self.end(end, "Z")), feed)
+        if kind < 0.5 and is_flat:
             start = math.atan2(self.at[1] - centre[1], self.at[0] - centre[0])
             on = start + sweep * self.rng.uniform(0.3, 0.7)
             via = [centre[0] + radius * math.cos(on), centre[1] + radius * math.sin(on), self.at[2]]
             return self.through(via, end, feed)
-        words = [code] + self.end(end, "XY")
+        words = [code] + self.end(end, "XY" if is_flat else "XYZ")
         if kind < 0.7 and 0.3 < angle < 5.5 and abs(angle - math.pi) > 0.3:
             words.append(f"CR={n(radius if angle < math.pi else -radius)}")
         else:
