@@ -190,7 +190,9 @@ def round_trip(detune, folder, seed, write):
         return fault or f"what was written is not read: {ran.stderr}", 0
     again = json.loads(ran.stdout)["jobs"][0]
     back = [operation["spindle_rpm"] for operation in again["operations"]]
-    if any(abs(a - b) > 1e-3 for a, b in zip(back, new)) or len(back) != len(new):
+    # Neighbours that got one speed are one stretch now.
+    back, wanted = ([rpm for rpm, _ in itertools.groupby(rpms)] for rpms in (back, new))
+    if any(abs(a - b) > 1e-3 for a, b in zip(back, wanted)) or len(back) != len(wanted):
         fault = fault or f"is read back at {back}, not {new}"
     if again["verdict"] == "resonance":
         fault = fault or "what was advised is a resonance"
