@@ -84,15 +84,13 @@ pub(super) struct Data {
     pub(super) decorrelation: Decorrelation,
 }
 
-/// Joint positions that differ by less are the same, rad: tables are rounded.
-const SAME_PLACE: f64 = 1e-6;
-
 impl Data {
-    /// The joint that alone moves over the table, under one load; `None` if it is not just one.
-    pub(super) fn swept_joint(&self) -> Option<usize> {
+    /// The joint that alone moves by more than `still`, rad or m, over the table, under one load;
+    /// `None` if it is not just one.
+    pub(super) fn swept_joint(&self, still: f64) -> Option<usize> {
         let (first, others) = self.rows.split_first()?;
         let moves = |joint: &usize| {
-            others.iter().any(|row| (row.q[*joint] - first.q[*joint]).abs() > SAME_PLACE)
+            others.iter().any(|row| (row.q[*joint] - first.q[*joint]).abs() > still)
         };
         let mut moved = (0..first.q.len()).filter(moves);
         let (joint, None) = (moved.next()?, moved.next()) else { return None };
@@ -325,14 +323,15 @@ mod tests {
         let mut table = data(4);
         table.rows.iter_mut().for_each(|row| (row.q[0], row.q[2]) = (0.5, -0.5));
         table.rows[3].q[1] += 1.0;
-        assert_eq!(table.swept_joint(), Some(1));
+        assert_eq!(table.swept_joint(0.0), Some(1));
         let mut other = table.clone();
         other.rows[2].q[2] += 0.1;
-        assert_eq!(other.swept_joint(), None);
+        assert_eq!(other.swept_joint(0.05), None);
+        assert_eq!(other.swept_joint(0.2), Some(1));
         let mut loaded = table.clone();
         loaded.rows[2].load.more_kg = 5.0;
-        assert_eq!(loaded.swept_joint(), None);
+        assert_eq!(loaded.swept_joint(0.0), None);
         table.rows.truncate(1);
-        assert_eq!(table.swept_joint(), None);
+        assert_eq!(table.swept_joint(0.0), None);
     }
 }

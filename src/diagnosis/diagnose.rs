@@ -335,16 +335,21 @@ fn few_states(data: &Data) -> Option<Note> {
     (count < MIN_STATES).then(|| Note::warning(Code::TooLittleData, Place::default(), what))
 }
 
-/// Several causes by a table along one joint: other sets of as many causes are about as good.
+/// Several causes by a table along one joint: other sets of causes may be about as good.
 fn one_joint_alone(data: &Data, arm: &Arm<'_>, chosen: &Fit<'_>) -> Option<Note> {
-    let (joint, _) = arm.joints.get(data.swept_joint()?)?;
-    let has_several = chosen.hypothesis.effects.len() > 1;
+    /// What a joint that stands is read at varies by less, rad or m; so little tells no causes
+    /// apart.
+    const STILL: f64 = 0.02;
+    let (joint, _) = arm.joints.get(data.swept_joint(STILL)?)?;
+    let of_the_arm = chosen.hypothesis.effects.iter().filter(|(candidate, _)| {
+        !candidate.cause.is_of_the_instrument() && !candidate.cause.is_of_conditions()
+    });
     let what = format!(
-        "only {joint} moves in this table: along one joint, other sets of causes do nearly the \
-         same, so the causes are less certain together than each looks; measure poses at which \
-         other joints differ, or with a mass added, before you replace a part"
+        "only {joint} moves in the rows that are used: along one joint, other sets of causes can \
+         fit nearly as well, so together the causes are less certain than each looks; measure \
+         poses at which other joints differ, or with a mass added, before you replace a part"
     );
-    (has_several && arm.joints.len() > 1)
+    (of_the_arm.count() > 1 && arm.joints.len() > 1)
         .then(|| Note::warning(Code::Remark, Place::default(), what))
 }
 

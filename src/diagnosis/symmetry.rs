@@ -11,6 +11,9 @@ use super::outcome::{Mirror, ResidualRow, Symmetry};
 use super::structure::{SIGNIFICANCE, dot, orthonormal};
 use crate::model::{Cause, JointKind, Robot};
 
+/// Joint positions that differ by less are the same, rad: tables are rounded.
+const SAME: f64 = 1e-6;
+
 /// The least share of the table's range that must lie on either side of where it mirrors.
 const MIN_SIDE: f64 = 0.2;
 
@@ -33,7 +36,7 @@ pub(super) fn symmetry(
     residuals: &[ResidualRow],
     candidates: &[Candidate],
 ) -> Option<Symmetry> {
-    let joint = data.swept_joint()?;
+    let joint = data.swept_joint(SAME)?;
     if robot.joints()[joint].kind == JointKind::Prismatic {
         return None;
     }

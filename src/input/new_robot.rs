@@ -124,7 +124,8 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
     }
     if let Some(angles) = &robot.arm_angles {
         text += "# Guessed from the first two joints with level, parallel axes: beta1 is the \
-                 upper arm\n# above the horizon, beta2 the forearm against the upper arm.\narm_angles:\n";
+                 upper arm\n# above the horizon, beta2 the forearm against the upper arm.\n\
+                 arm_angles:\n";
         for (name, (joint, factor, offset_rad)) in ["beta1", "beta2"].iter().zip(angles) {
             text += &format!(
                 "  {name}: {{terms: {{{}: {factor:.1}}}, offset_rad: {offset_rad}}}\n",
@@ -140,8 +141,8 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
 pub fn new_job_text(robot: &str, start: &[f64], end: &[f64]) -> String {
     format!(
         "name: First job\nrobot: {}\ntool: {{teeth: 2, diameter_mm: 10}}  # yours\n\
-         # What the arm carries, spindle and tool; until it is stated, no verdict is better than\n\
-         # uncertain:\n\
+         # What the arm carries, spindle and tool; until it is stated, verdicts\n\
+         # are uncertain at best:\n\
          # payload: {{mass_kg: 8, com_m: [0, 0, 0.1]}}\n\
          tcp: {{xyz_m: [0, 0, 0.15]}}  # tool centre point in the frame of the tip\n\
          spindle: {{min_rpm: 1000, max_rpm: 24000}}  # yours\n\

@@ -80,7 +80,7 @@ fn the_papers_own_data() {
 /// The paper moves its second joint alone. Its causes are named all the same, with the doubt beside the verdict.
 #[test]
 fn several_causes_by_a_table_along_one_joint_are_doubtful_together() {
-    let doubt = "only joint_2 moves in this table";
+    let doubt = "only joint_2 moves in the rows that are used";
     let told = |found: &Value| {
         let notices = found["notices"].as_array().unwrap();
         notices.iter().any(|notice| notice.as_str().unwrap().starts_with(doubt))

@@ -141,7 +141,7 @@ fn methods(file: &File) -> Vec<(&str, bool)> {
 #[test]
 fn reports_call_no_method_that_computes() {
     let (map, library) = (rooms(), Library::get());
-    let report = map.iter().find(|room| room.name == "report").expect("a row for report");
+    let report = map.iter().find(|room| room.name == "report").expect("an item for report");
     let mut computing: BTreeMap<&str, &str> = BTreeMap::new();
     for file in library.files().filter(|file| report.imports.contains(file.room())) {
         let of_file = methods(file).into_iter().filter(|(_, computes)| *computes);

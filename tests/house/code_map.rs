@@ -26,7 +26,9 @@ pub(crate) fn rooms() -> Vec<Room> {
     let lib = fs::read_to_string(root().join("src/lib.rs")).unwrap();
     let map = lib.split_once("//! # Code map").expect("a code map").1;
     let lines = map.lines().skip(1).map_while(|line| line.strip_prefix("//!"));
-    let text = lines.map(str::trim).collect::<Vec<_>>().join(" ");
+    let list =
+        lines.skip_while(|line| !line.starts_with(" - ")).take_while(|line| !line.is_empty());
+    let text = list.fold(String::new(), |text, line| text + " " + line.trim());
     text.split(" - [`").skip(1).map(room).collect()
 }
 
@@ -35,10 +37,11 @@ fn room(text: &str) -> Room {
     let (name, text) = text.split_once("`]: ").unwrap_or_else(|| panic!("no name in {text}"));
     let (text, never) = text.split_once(" Must never ").unwrap_or((text, ""));
     let (what, imports) = text.split_once(" May import ").unwrap_or((text, ""));
-    Room {
-        name: name.to_owned(),
-        imports: quoted(imports),
-        is_ground: what.contains("Everybody may import it."),
-        never: quoted(never),
-    }
+    let is_ground = what.ends_with(" Everybody may import it.");
+    // An item in other words is no item: what it allows or forbids would be lost.
+    let mut between = imports.split('`').step_by(2);
+    let is_list = between.all(|gap| gap.trim_matches([',', '.', ' ']).is_empty());
+    assert!(is_list && (!is_ground || imports.is_empty()), "{name} may import {imports}");
+    assert!(!what.contains(" must ") && !what.contains(" import `"), "{name}: {what}");
+    Room { name: name.to_owned(), imports: quoted(imports), is_ground, never: quoted(never) }
 }

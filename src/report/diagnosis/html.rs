@@ -35,7 +35,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> Result<String, NotFinite> {
         d.poses,
         page::text(&words::verdict(d))
     );
-    for what in words::doubts(d) {
+    for what in words::notices(diagnosed) {
         body.push_str(&format!("<p>But {}.</p>\n", page::text(what)));
     }
     d.findings.iter().for_each(|found| body.push_str(&card(found)));

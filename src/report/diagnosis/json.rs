@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::words::structure;
+use super::words::{notices, structure};
 use crate::diagnosis::{
     self, Diagnosis, Errors, Finding, Gain, LearnedDamping, NextPose, NextTest, NoiseFound,
     ResidualRow, Suspect, Symmetry, Untested, Verdict, WithoutCause,
@@ -17,7 +17,7 @@ use crate::study::diagnose::Diagnosed;
 pub(in crate::report) struct Document<'d> {
     schema: SchemaName,
     verdict: Verdict,
-    /// What is to be known beside the verdict, as on standard error.
+    /// What is to be known beside the verdict.
     notices: Vec<&'d str>,
     /// Corrections of the robot's file that were fitted to poses of this table, as "cause at
     /// place": the diagnosis starts without them.
@@ -98,7 +98,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> serde_json::Result<String> {
     let document = Document {
         schema: SchemaName::Diagnosis1,
         verdict: d.verdict,
-        notices: diagnosed.notes.iter().map(|note| note.what.as_str()).collect(),
+        notices: notices(diagnosed).collect(),
         fitted_again: diagnosed.fitted_again.clone(),
         poses: d.poses,
         baseline: &d.baseline,

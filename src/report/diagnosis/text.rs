@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::words::{
-    alternatives, doubts, estimate, finding, motion, p_value, position, structure, symmetry,
+    alternatives, estimate, finding, motion, notices, p_value, position, structure, symmetry,
     verdict,
 };
 use crate::diagnosis::{Diagnosis, Finding, LearnedDamping, NextPose, Verdict};
@@ -31,15 +31,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> String {
     wrapped(&mut out, title, &about);
     out.push('\n');
     wrapped(&mut out, "", &verdict(d));
-    if !diagnosed.fitted_again.is_empty() {
-        let what = format!(
-            "Corrections in the robot's file that were fitted to poses of this table are left out \
-             and fitted again: {}.",
-            diagnosed.fitted_again.join("; ")
-        );
-        wrapped(&mut out, "", &what);
-    }
-    doubts(d).for_each(|what| wrapped(&mut out, "", &format!("But {what}.")));
+    notices(diagnosed).for_each(|what| wrapped(&mut out, "", &format!("But {what}.")));
     out.push('\n');
     for (i, found) in d.findings.iter().enumerate() {
         one_finding(&mut out, i + 1, found);

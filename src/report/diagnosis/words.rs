@@ -1,6 +1,7 @@
 //! What is said in several formats.
 
 use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Symmetry, Verdict};
+use crate::study::diagnose::Diagnosed;
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, unit_of};
 
 /// A number with the digits that a person wants: four significant ones.
@@ -73,9 +74,9 @@ pub(super) fn p_value(p: f64) -> String {
     if p < 1e-12 { "< 1e-12".to_owned() } else { format!("{p:.1e}") }
 }
 
-/// What makes the verdict less sure than it looks.
-pub(super) fn doubts(diagnosis: &Diagnosis) -> impl Iterator<Item = &str> {
-    diagnosis.notes.iter().map(|note| note.what.as_str())
+/// What is to be known beside the verdict.
+pub(super) fn notices(diagnosed: &Diagnosed) -> impl Iterator<Item = &str> {
+    diagnosed.notes.iter().map(|note| note.what.as_str())
 }
 
 /// The verdict in a sentence.
