@@ -18,8 +18,13 @@ pub(super) fn on_operation(
     path: &Path,
     risk: &OperationRisk,
 ) -> Vec<Note> {
-    let nothing =
-        nothing_checked(job, &Counted::new(path, risk)).map(|what| (Code::NothingChecked, what));
+    /// A path of no length takes what rounding leaves of it, s.
+    const NO_TIME_S: f64 = 1e-9;
+    let nothing = match path.duration_s() > NO_TIME_S {
+        true => nothing_checked(job, &Counted::new(path, risk)),
+        false => Some("nothing was checked: nothing moves on the path".to_owned()),
+    };
+    let nothing = nothing.map(|what| (Code::NothingChecked, what));
     let sudden = too_sudden(job, operation, path).map(|what| (Code::SpindleAcceleration, what));
     let mut warnings: Vec<Note> = nothing
         .into_iter()

@@ -310,6 +310,9 @@ fn a_stopped_spindle_two_lengths_and_no_unit_are_told_with_the_verdict() {
     let on = "G21 S24000 M3\nG0 X0 Y0 Z0\nG1 X240 F400\n";
     assert_eq!(verdict(&format!("{on}M5\nG0 Y40\n"), ""), is("clear", ""));
     assert_eq!(verdict(&format!("{on}M5\nY40\n"), ""), is("uncertain", "spindle_command"));
+    // Nowhere to go.
+    let still = "G21 S24000 M3\nG0 X0 Y0 Z0\nG1 X0 F400\n";
+    assert_eq!(verdict(still, ""), is("unchecked", "nothing_checked"));
     // Never on: the job need not say a speed, and there is none to advise.
     let off = "G21 M5\nG0 X0 Y0 Z0\nG1 X240 F400\n";
     assert_eq!(verdict(off, ""), is("unchecked", "nothing_checked"));

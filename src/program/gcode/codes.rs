@@ -249,7 +249,8 @@ fn modal(
         51 | 80 | 620 | 1030 | 1870 if !has_axes => {}
         50 if !has_axes && block.word(b'P').is_some() => {}
         434 if machine.rotary.is_named() => {}
-        530 | 1530 => once.machine = Some("G53"),
+        530 => once.machine = Some("G53"),
+        1530 => once.machine = Some("G153"),
         541 | 1540 => {
             let offset = block.get('P').ok_or("G54.1 without P")?;
             machine.work_offset(line, NUMBERED + offset as i64)?;
@@ -362,10 +363,17 @@ fn unknown(machine: &mut Machine<'_>, line: usize, code: i64, has_speed: bool) -
         return true;
     }
     let stands = machine.cutter.is_on == Some(false);
-    let (note, more) = if stands {
-        (Code::SpindleCommand, "; if it starts the spindle, what follows is not checked")
-    } else {
-        (Code::LeftOut, "")
+    let (note, more) = match &code[..] {
+        "M61" => (Code::ChangeIgnored, ": on LinuxCNC it says which tool is in the spindle"),
+        "M70" | "M72" | "M73" => (
+            Code::ChangeIgnored,
+            ": on LinuxCNC it keeps or restores units, feed and G90 or G91, and on Sinumerik M70 \
+             makes the spindle an axis",
+        ),
+        _ if stands => {
+            (Code::SpindleCommand, "; if it starts the spindle, what follows is not checked")
+        }
+        _ => (Code::LeftOut, ""),
     };
     let what = format!("{code} is not understood and left out{more}");
     machine.cutter.log.warning(note, line, what);
@@ -402,6 +410,10 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     if let Some(how) = once.machine.filter(|_| has_axes) {
         machine.no_corner()?;
         machine.leave(line, block, how);
+        // On LinuxCNC and Sinumerik the feed holds; to Fanuc and Haas G53 is rapid.
+        if how != "G74/G75" {
+            machine.cutter.cut_away(line, how, is_at_feed(machine.motion));
+        }
         return Ok(());
     }
     if !(has_axes || has_cycle_words || full_turn) {
@@ -433,6 +445,10 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         machine.cutter.feed.value = None;
     }
     done
+}
+
+fn is_at_feed(motion: Motion) -> bool {
+    !matches!(motion, Motion::None | Motion::Rapid)
 }
 
 /// G10, G52, G68 and G92.
@@ -538,6 +554,9 @@ fn flow_codes(
             }
             980 => {
                 let p = block.get('P').ok_or("M98 without P")?;
+                if block.word(b'Q').is_some() {
+                    return Err("M98 with Q begins within the subprogram: not supported".to_owned());
+                }
                 // Older controllers write the repeats before the four digits of the number.
                 let (repeats, number) = match block.get('L') {
                     Some(repeats) => (repeats, p),

@@ -45,7 +45,13 @@ impl Machine<'_> {
     /// G4: P, X or U, or F in seconds, or S in turns of the spindle.
     pub(super) fn dwell(&mut self, line: usize, block: &Block) -> Result<(), String> {
         let mut times = [b'P', b'X', b'U'].into_iter();
-        let seconds = if let Some(time) = times.find_map(|letter| block.word(letter)) {
+        let time = times.find_map(|letter| block.word(letter));
+        if moves_beside(block, time) {
+            return Err("G4 beside a move: controllers differ in whether the move is made; write \
+                        the dwell in a block of its own"
+                .to_owned());
+        }
+        let seconds = if let Some(time) = time {
             self.dwell_s(line, time)?
         } else if let Some(seconds) = block.word(b'F') {
             seconds.value
@@ -60,4 +66,13 @@ impl Machine<'_> {
         self.cutter.log.dwell(line, seconds);
         Ok(())
     }
+}
+
+/// Whether a block with G4 gives a place besides, or may mean one by what its time is.
+fn moves_beside(block: &Block, time: Option<Word>) -> bool {
+    let time = time.map(|word| word.letter);
+    let is_place = |letter: &u8| b"XYZ".contains(letter) || super::rotary::LETTERS.contains(letter);
+    let has_motion = block.codes('G').any(|code| matches!(code, 0 | 10 | 20 | 30));
+    let mut letters = block.words.iter().map(|word| word.letter);
+    letters.any(|letter| is_place(&letter) && (Some(letter) != time || has_motion))
 }

@@ -67,16 +67,23 @@ impl Reader<'_, '_> {
         }
         let pace = if is_rapid(block) { Pace::Rapid } else { self.cutter.pace()? };
         let before = self.last_pace.replace(pace);
-        let in_machine = block.all("M").any(|code| code == 91.0 || code == 92.0);
+        let datum = block.all("M").find_map(|code| match code {
+            91.0 => Some("M91"),
+            92.0 => Some("M92"),
+            _ => None,
+        });
         let retracts = block.all("M").any(|code| code == 140.0);
         if retracts && ["X", "Y", "Z", "IX", "IY", "IZ"].iter().any(|axis| block.has(axis)) {
             return Err("M140 beside X, Y or Z is not supported".to_owned());
         } else if retracts && let Some(by) = block.get("MB") {
             self.retract(line, block, by)?;
-        } else if in_machine || retracts {
+        } else if datum.is_some() || retracts {
             let axes = ["X", "Y", "Z"].map(|axis| block.has(axis));
             let axes = if retracts { [false, false, true] } else { axes };
-            self.cutter.leave(line, axes, if in_machine { "M91" } else { "M140" });
+            self.cutter.leave(line, axes, datum.unwrap_or("M140"));
+            if let Some(datum) = datum {
+                self.cutter.cut_away(line, datum, pace != Pace::Rapid);
+            }
             self.heading = None;
         } else if block.name(0) == "CT" {
             self.tangential(line, block, pace)?;

@@ -163,7 +163,7 @@ fn relative_holes_repeat() {
 
 #[test]
 fn feed_per_revolution_and_the_way_to_the_reference() {
-    let program = gcode("G0 X0 Y0 Z0\nS3000 M3\nG95 G1 X10 F0.1\nG94 G1 Z0.5\nG4 P2. X3\nG28 Z20");
+    let program = gcode("G0 X0 Y0 Z0\nS3000 M3\nG95 G1 X10 F0.1\nG94 G1 Z0.5\nG4 P2.\nG28 Z20");
     assert_ends(
         &program,
         &[

@@ -169,6 +169,53 @@ fn dwells_take_their_time() {
     assert_eq!(seconds(apt, Dialect::Apt), [2.0, 0.5, 0.5]);
 }
 
+/// LinuxCNC dwells and then moves, on Fanuc X beside G4 is the time: what is meant is not clear.
+#[test]
+fn a_dwell_beside_a_move_is_refused() {
+    for block in ["G4 P.5 G1 X50 Y50", "G1 X50 G4 P.5", "G4 P.5 X50", "G4 X.5 Y50", "G4 X.5 G0"] {
+        let found = faults(&format!("G0 X0 Y0 Z0\n{block}\nX0\n"), Dialect::GCode);
+        assert_eq!((at(&found[0]), found.len()), (2, 1), "{block}: {found:?}");
+        assert!(found[0].what.contains("G4 beside a move"), "{block}: {}", found[0].what);
+    }
+}
+
+/// LinuxCNC's M70, M72 and M73 bring back units, feed and G91; its M61 names the tool; G53 keeps the feed there, and
+/// SUPA and M91 everywhere. To Haas and Fanuc most of these are other things, so they leave a doubt.
+#[test]
+fn what_other_controllers_read_otherwise_leaves_a_doubt() {
+    let heidenhain = |word: &str| {
+        format!(
+            "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+0 FMAX\n2 L X+9 F600\n3 L X+50 {word}\n4 END PGM A MM\n"
+        )
+    };
+    let gcode = |block: &str| format!("G0 X0 Y0 Z0\nG1 X9 F600\n{block}\n");
+    let sinumerik = |block: &str| format!("G710 G90 G17\nG0 X0 Y0 Z0\nG1 X9 F600\n{block}\n");
+    for (text, dialect, code) in [
+        (gcode("M70\nX0\nM72"), Dialect::GCode, Code::ChangeIgnored),
+        (gcode("M73"), Dialect::GCode, Code::ChangeIgnored),
+        (gcode("M61 Q2\nX0"), Dialect::GCode, Code::ChangeIgnored),
+        (gcode("G53 X100"), Dialect::GCode, Code::MotionLeftOut),
+        (sinumerik("SUPA X50"), Dialect::Sinumerik, Code::MotionLeftOut),
+        (sinumerik("G153 X50"), Dialect::Sinumerik, Code::MotionLeftOut),
+        (heidenhain("M91"), Dialect::Heidenhain, Code::MotionLeftOut),
+        (heidenhain("M92"), Dialect::Heidenhain, Code::MotionLeftOut),
+    ] {
+        let found = of(&text, dialect).warnings;
+        let is_doubt = |note: &Note| note.code == code && code.class() == Class::Doubt;
+        assert!(found.iter().any(is_doubt), "{text}{found:?}");
+    }
+    for (text, dialect) in [
+        (gcode("G53 G0 Z0"), Dialect::GCode),
+        (sinumerik("SUPA G0 Z50"), Dialect::Sinumerik),
+        (heidenhain("FMAX M91"), Dialect::Heidenhain),
+    ] {
+        let found = of(&text, dialect).warnings;
+        assert!(found.iter().all(|note| note.code.class() != Class::Doubt), "{text}{found:?}");
+    }
+    let found = faults(&gcode("M98 P1000 Q5"), Dialect::GCode);
+    assert!(found[0].what.contains("M98 with Q"), "{}", found[0].what);
+}
+
 /// LinuxCNC's manual has P of G4 in seconds, Fanuc's and Haas's in milliseconds without a point.
 #[test]
 fn a_dwell_without_a_decimal_point_takes_its_unit_from_the_job() {
