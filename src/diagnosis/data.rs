@@ -85,18 +85,6 @@ pub(super) struct Data {
 }
 
 impl Data {
-    /// The joint that alone moves by more than `still`, rad or m, over the table, under one load;
-    /// `None` if it is not just one.
-    pub(super) fn swept_joint(&self, still: f64) -> Option<usize> {
-        let (first, others) = self.rows.split_first()?;
-        let moves = |joint: &usize| {
-            others.iter().any(|row| (row.q[*joint] - first.q[*joint]).abs() > still)
-        };
-        let mut moved = (0..first.q.len()).filter(moves);
-        let (joint, None) = (moved.next()?, moved.next()) else { return None };
-        others.iter().all(|row| row.load == first.load).then_some(joint)
-    }
-
     /// All rows of a table.
     pub(super) fn of(table: &ModeTable, payload: Option<&Payload>) -> Self {
         let quantum = table.quantum_hz();
@@ -263,6 +251,18 @@ impl Data {
         order.iter().enumerate().for_each(|(place, &test)| rank[test] = place);
         let kept = ENOUGH * rank.len() / self.points.len();
         Some(self.only(|row| rank[tests[row]] < kept.max(MIN_STATES)))
+    }
+
+    /// The joint that alone moves by more than `still`, rad or m, over the table, under one load;
+    /// `None` if it is not just one.
+    pub(super) fn swept_joint(&self, still: f64) -> Option<usize> {
+        let (first, others) = self.rows.split_first()?;
+        let moves = |joint: &usize| {
+            others.iter().any(|row| (row.q[*joint] - first.q[*joint]).abs() > still)
+        };
+        let mut moved = (0..first.q.len()).filter(moves);
+        let (joint, None) = (moved.next()?, moved.next()) else { return None };
+        others.iter().all(|row| row.load == first.load).then_some(joint)
     }
 
     /// The rows for which `keep` holds; points remember their place in the whole table.

@@ -368,14 +368,12 @@ impl<'a> Cutter<'a> {
     }
 
     /// A way at feed to a place that the program does not give cuts, or may.
-    pub(super) fn cut_away(&mut self, line: usize, how: &str, is_at_feed: bool) {
-        if is_at_feed {
-            let what = format!(
-                "{how} at feed: the place is not in the program, so what is cut on the way there \
-                 is not checked; write it as a rapid move if nothing is"
-            );
-            self.log.warning(Code::MotionLeftOut, line, what);
-        }
+    pub(super) fn cut_away(&mut self, line: usize, how: &str) {
+        let what = format!(
+            "{how} at feed: the place is not in the program, so what is cut on the way there is \
+             not checked; write it as a rapid move if nothing is"
+        );
+        self.log.warning(Code::MotionLeftOut, line, what);
     }
 
     /// A move at feed while the place is not known is cutting that would be lost.

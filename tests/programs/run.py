@@ -33,10 +33,10 @@ ROBOT = ROOT / "robots" / "irb1600"
 
 WRITERS = (plain, gcode, sinumerik, apt, rapid, krl, fanuc, heidenhain)
 ROBOTS = (rapid, krl, fanuc)
-# So is a helix of these.
-WOUND = (plain, gcode, sinumerik, heidenhain)
 # An arc in any plane is one block of theirs.
 BOWED = (*ROBOTS, sinumerik)
+# So is a helix of these.
+WOUND = (plain, gcode, sinumerik, heidenhain)
 
 KEYS = {
     "mod": "spindle_from: {signal: aoSpindle}",
@@ -158,7 +158,8 @@ def differs(old, wanted, found):
 
 def round_trip(detune, folder, seed, write):
     """What is wrong, and how many speeds were changed."""
-    truth = with_speeds(draw(random.Random(seed), taps=False, bows=write in BOWED, helices=write in WOUND), random.Random(f"{seed} speeds"))
+    truth = draw(random.Random(seed), taps=False, bows=write in BOWED, helices=write in WOUND)
+    truth = with_speeds(truth, random.Random(f"{seed} speeds"))
     dress = lambda truth: write(truth, random.Random(f"{seed} {write.__name__}"), rewritten=True)[:2]
     text, extension = dress(truth)
     job = job_of(folder, text, extension, {}, "policy: {separation_percent: 3, model_uncertainty_percent: 0.3}\n")

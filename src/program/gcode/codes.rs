@@ -19,6 +19,9 @@ const CANCEL: i64 = 800;
 const G92: i64 = 920;
 const G50: i64 = 500;
 
+/// Sinumerik's ways to the reference and the fixed point, rapid ones.
+const REFERENCE: &str = "G74/G75";
+
 /// Codes that hold for their block alone.
 #[derive(Debug, Default)]
 struct Once {
@@ -227,7 +230,7 @@ fn modal(
         700 | 710 => machine.set_unit(code == 700, machine.is_sinumerik),
         280 | 300 => once.reference = true,
         // Its reference, and its fixed point.
-        740 | 750 if machine.is_sinumerik => once.machine = Some("G74/G75"),
+        740 | 750 if machine.is_sinumerik => once.machine = Some(REFERENCE),
         410 | 420 => {
             let what = "G41/G42: the path is read as programmed";
             machine.cutter.log.warning(Code::Assumed, line, what);
@@ -355,17 +358,17 @@ fn spindle_and_tool(
 
 /// An M code that is not known; true where it is taken to start the spindle.
 fn unknown(machine: &mut Machine<'_>, line: usize, code: i64, has_speed: bool) -> bool {
-    let code = shown('M', code);
+    let name = shown('M', code);
     if has_speed {
-        let what = format!("{code} is not understood; with S it is taken to start the spindle");
+        let what = format!("{name} is not understood; with S it is taken to start the spindle");
         machine.cutter.log.warning(Code::SpindleCommand, line, what);
         machine.cutter.turn_spindle(line, true);
         return true;
     }
     let stands = machine.cutter.is_on == Some(false);
-    let (note, more) = match &code[..] {
-        "M61" => (Code::ChangeIgnored, ": on LinuxCNC it says which tool is in the spindle"),
-        "M70" | "M72" | "M73" => (
+    let (note, more) = match code {
+        610 => (Code::ChangeIgnored, ": on LinuxCNC it says which tool is in the spindle"),
+        700 | 720 | 730 => (
             Code::ChangeIgnored,
             ": on LinuxCNC it keeps or restores units, feed and G90 or G91, and on Sinumerik M70 \
              makes the spindle an axis",
@@ -375,7 +378,7 @@ fn unknown(machine: &mut Machine<'_>, line: usize, code: i64, has_speed: bool) -
         }
         _ => (Code::LeftOut, ""),
     };
-    let what = format!("{code} is not understood and left out{more}");
+    let what = format!("{name} is not understood and left out{more}");
     machine.cutter.log.warning(note, line, what);
     false
 }
@@ -411,8 +414,8 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         machine.no_corner()?;
         machine.leave(line, block, how);
         // On LinuxCNC and Sinumerik the feed holds; to Fanuc and Haas G53 is rapid.
-        if how != "G74/G75" {
-            machine.cutter.cut_away(line, how, is_at_feed(machine.motion));
+        if how != REFERENCE && !matches!(machine.motion, Motion::None | Motion::Rapid) {
+            machine.cutter.cut_away(line, how);
         }
         return Ok(());
     }
@@ -445,10 +448,6 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         machine.cutter.feed.value = None;
     }
     done
-}
-
-fn is_at_feed(motion: Motion) -> bool {
-    !matches!(motion, Motion::None | Motion::Rapid)
 }
 
 /// G10, G52, G68 and G92.

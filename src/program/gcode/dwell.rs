@@ -1,6 +1,6 @@
 //! How long G-code has the arm stand: controllers differ in the unit of P.
 
-use super::block::{Block, Word};
+use super::block::{ANGLE, Block, POLAR_ANGLE, POLAR_RADIUS, Word};
 use super::state::Machine;
 use crate::notes::Code;
 use crate::program::DwellUnit;
@@ -71,7 +71,8 @@ impl Machine<'_> {
 /// Whether a block with G4 gives a place besides, or may mean one by what its time is.
 fn moves_beside(block: &Block, time: Option<Word>) -> bool {
     let time = time.map(|word| word.letter);
-    let is_place = |letter: &u8| b"XYZ".contains(letter) || super::rotary::LETTERS.contains(letter);
+    let of_places = [&b"XYZIJKR"[..], &super::rotary::LETTERS, &[POLAR_ANGLE, POLAR_RADIUS, ANGLE]];
+    let is_place = |letter: &u8| of_places.iter().any(|letters| letters.contains(letter));
     let has_motion = block.codes('G').any(|code| matches!(code, 0 | 10 | 20 | 30));
     let mut letters = block.words.iter().map(|word| word.letter);
     letters.any(|letter| is_place(&letter) && (Some(letter) != time || has_motion))

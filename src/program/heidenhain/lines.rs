@@ -81,8 +81,8 @@ impl Reader<'_, '_> {
             let axes = ["X", "Y", "Z"].map(|axis| block.has(axis));
             let axes = if retracts { [false, false, true] } else { axes };
             self.cutter.leave(line, axes, datum.unwrap_or("M140"));
-            if let Some(datum) = datum {
-                self.cutter.cut_away(line, datum, pace != Pace::Rapid);
+            if let Some(datum) = datum.filter(|_| pace != Pace::Rapid) {
+                self.cutter.cut_away(line, datum);
             }
             self.heading = None;
         } else if block.name(0) == "CT" {

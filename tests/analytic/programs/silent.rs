@@ -172,8 +172,15 @@ fn dwells_take_their_time() {
 /// LinuxCNC dwells and then moves, on Fanuc X beside G4 is the time: what is meant is not clear.
 #[test]
 fn a_dwell_beside_a_move_is_refused() {
-    for block in ["G4 P.5 G1 X50 Y50", "G1 X50 G4 P.5", "G4 P.5 X50", "G4 X.5 Y50", "G4 X.5 G0"] {
-        let found = faults(&format!("G0 X0 Y0 Z0\n{block}\nX0\n"), Dialect::GCode);
+    for block in [
+        "G4 P.5 G1 X50 Y50",
+        "G1 X50 G4 P.5",
+        "G4 P.5 X50",
+        "G4 X.5 Y50",
+        "G4 X.5 G0",
+        "G2 I9 G4 P1.",
+    ] {
+        let found = faults(&format!("G0 X0 Y0 Z0\n{block}\nG1 X0\n"), Dialect::GCode);
         assert_eq!((at(&found[0]), found.len()), (2, 1), "{block}: {found:?}");
         assert!(found[0].what.contains("G4 beside a move"), "{block}: {}", found[0].what);
     }
