@@ -207,6 +207,8 @@ pub struct Operation {
     pub is_tcp_assumed: bool,
     /// Whether the program states the spindle speed, not the job.
     pub is_speed_of_program: bool,
+    /// Where the program sets the speed by what takes whole numbers alone: the steps, rev/min.
+    pub speed_step_rpm: Option<f64>,
     /// Feed of the tool centre point, m/s: the job's, else that at which the program cuts longest.
     pub feed_m_per_s: f64,
     /// Whether the job gives the feed.
@@ -249,6 +251,7 @@ impl Operation {
             speed,
             is_tcp_assumed: false,
             is_speed_of_program: false,
+            speed_step_rpm: None,
             feed_m_per_s,
             is_feed_of_job: true,
             cutting: None,

@@ -52,7 +52,7 @@ pub(crate) fn run(dialect: Dialect, data: &[u8]) -> Option<Vec<u8>> {
         }
     };
     assert!(program.moves.iter().all(is_sound));
-    let speed = NewSpeed { end: usize::MAX, rpm: 1234.5, old_rpm: 1000.0 };
+    let speed = NewSpeed { end: usize::MAX, rpm: 1234.5, job_rpm: None };
     let to = Rewrite { speeds: vec![speed], keeps_chip_load: true };
     let new = rewrite(main, dialect, &settings, &to).ok()?;
     let again = read(&new.bytes, dialect, &settings).expect("what was written is read");

@@ -74,17 +74,22 @@ pub(super) fn settle(problem: &SpeedProblem, gap: Speeds, wished_rpm: f64) -> Op
         }
     };
     let wide = inside(GUARD_RPM);
-    if wide.contains(wished_rpm) {
+    let can_be_set =
+        |rpm: f64| problem.step_rpm.is_none_or(|step| (rpm / step).round() * step == rpm);
+    if wide.contains(wished_rpm) && can_be_set(wished_rpm) {
         return Some(wished_rpm);
     }
-    STEPS_PER_RPM.into_iter().find_map(|steps| {
+    let one_step = problem.step_rpm.map(|step| [1.0 / step]);
+    let steps = one_step.as_ref().map_or(&STEPS_PER_RPM[..], |own| &own[..]);
+    steps.iter().find_map(|&steps| {
         let Speeds { low_rpm, high_rpm } =
             if steps == STEPS_PER_RPM[2] { inside(MIN_GUARD_RPM) } else { wide };
         let (first, last) = ((low_rpm * steps).ceil() / steps, (high_rpm * steps).floor() / steps);
         let round = (wished_rpm * steps).round() / steps;
         let ends = [low_rpm, high_rpm]
             .into_iter()
-            .filter(|&rpm| rpm == problem.spindle.min_rpm || rpm == problem.spindle.max_rpm);
+            .filter(|&rpm| rpm == problem.spindle.min_rpm || rpm == problem.spindle.max_rpm)
+            .filter(|&rpm| can_be_set(rpm));
         let round = (first <= last).then(|| round.clamp(first, last));
         ends.chain(round).min_by(|a, b| (a - wished_rpm).abs().total_cmp(&(b - wished_rpm).abs()))
     })

@@ -110,14 +110,20 @@ pub(super) fn levers(
     programmed_rpm: f64,
 ) -> Result<Vec<Lever>, Note> {
     let mut found = Vec::new();
+    let own = lines(&operation.tool, &job.policy);
+    let problem = SpeedProblem {
+        ranges,
+        lines: &own,
+        rules,
+        spindle: &job.spindle,
+        step_rpm: operation.speed_step_rpm,
+    };
     for tool in job.levers.tools_on_hand.iter().chain(&evenly_pitched(&operation.tool)) {
         let lines = lines(tool, &job.policy);
-        let problem = SpeedProblem { ranges, lines: &lines, rules, spindle: &job.spindle };
+        let problem = SpeedProblem { lines: &lines, ..problem };
         let change = Change::Tool { name: tool.name.clone(), teeth: tool.teeth };
         found.push(lever(&problem, change, programmed_rpm));
     }
-    let lines = lines(&operation.tool, &job.policy);
-    let problem = SpeedProblem { ranges, lines: &lines, rules, spindle: &job.spindle };
     found.extend(faster_or_slower(&problem, programmed_rpm));
     found.extend(without_a_faint_mode(path, &problem, programmed_rpm)?);
     found.extend(turned(job, operation, index, programmed_rpm)?);
@@ -330,7 +336,12 @@ fn tried(
         Counting { rules: &rules, spindle: SpindleProfile::new(&operation.speed, &path) };
     let (ranges, _) = mode_ranges(&path, &counting, survey)?;
     let lines = lines(&operation.tool, &job.policy);
-    let problem =
-        SpeedProblem { ranges: &ranges, lines: &lines, rules: &rules, spindle: &job.spindle };
+    let problem = SpeedProblem {
+        ranges: &ranges,
+        lines: &lines,
+        rules: &rules,
+        spindle: &job.spindle,
+        step_rpm: operation.speed_step_rpm,
+    };
     Ok(Some(lever(&problem, change, programmed_rpm)))
 }

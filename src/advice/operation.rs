@@ -23,6 +23,7 @@ use crate::risk::{
 };
 use crate::uncertainty::{Trust, largest_by_mode};
 use crate::units::hz_from_rpm;
+use crate::wording::plain;
 
 /// A speed that a check would deny shows frequencies that the first looks missed: they are taken in
 /// and the speeds divided anew, so often at most.
@@ -77,6 +78,17 @@ fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option
     };
     let what = nothing_checked(job, &counted)?;
     Some(about_operation(job, operation, Code::NothingChecked, what))
+}
+
+/// A remark where the program can set a share of the speeds alone.
+fn steps(job: &Job, operation: &Operation) -> Option<Note> {
+    let step = operation.speed_step_rpm.filter(|step| *step > 1.0)?;
+    let what = format!(
+        "what sets the spindle takes whole numbers of {} rpm each: no speed between them is \
+         advised",
+        plain(step)
+    );
+    Some(about_operation(job, operation, Code::SpeedSteps, what))
 }
 
 /// A warning where a schedule cannot follow the objective.
@@ -155,8 +167,13 @@ fn advise_path(
     };
     let Choice { ranges, set, rpm, quietest, survey } =
         settled(job, operation, path, &counting, &wish, survey)?;
-    let problem =
-        SpeedProblem { ranges: &ranges, lines: &lines, rules: &rules, spindle: &job.spindle };
+    let problem = SpeedProblem {
+        ranges: &ranges,
+        lines: &lines,
+        rules: &rules,
+        spindle: &job.spindle,
+        step_rpm: operation.speed_step_rpm,
+    };
     let limits = Limits {
         job,
         operation,
@@ -194,6 +211,7 @@ fn advise_path(
     let (remedy, no_schedule) = remedy_of(&task, constant, options.schedule)?;
     let mut notes = limits.of(&remedy)?;
     notes.extend(chosen_joints(job, operation, path));
+    notes.extend(steps(job, operation));
     let levers = match constant {
         Some(_) => Vec::new(),
         None => {
@@ -311,7 +329,8 @@ fn settled(
     let mut look = 0;
     loop {
         let (ranges, refined) = mode_ranges(path, counting, survey)?;
-        let problem = SpeedProblem { ranges: &ranges, lines, rules, spindle };
+        let step_rpm = operation.speed_step_rpm;
+        let problem = SpeedProblem { ranges: &ranges, lines, rules, spindle, step_rpm };
         let set = problem.divide(rules.half_width());
         let quietest = (wish.quietest_of)(&set);
         let best_first = match wish.objective {

@@ -132,6 +132,8 @@ pub(super) struct SpeedProblem<'a> {
     pub(super) lines: &'a [ExcitationLine],
     pub(super) rules: &'a Rules<'a>,
     pub(super) spindle: &'a Spindle,
+    /// Steps of the speeds that can be set, rev/min; any where it is `None`.
+    pub(super) step_rpm: Option<f64>,
 }
 
 impl SpeedProblem<'_> {

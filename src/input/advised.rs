@@ -35,9 +35,15 @@ pub fn confirm_rewritten(
     let pending = program.map(|(path, bytes)| (path.to_owned(), bytes.to_vec()));
     let mut reading = Reading { pending, ..Reading::default() };
     let found = job_of_text(to, text.to_owned(), &mut reading)
-        .map_err(|notes| notes.first().map_or_else(String::new, |fault| fault.what.clone()))
+        .map_err(|notes| {
+            let Some(fault) = notes.first() else { return String::new() };
+            match fault.place.file.as_deref() == Some(to) && fault.code != Code::Conflict {
+                true => format!("{}; {}", fault.what, by_hand(job)),
+                false => fault.what.clone(),
+            }
+        })
         .and_then(|again| match difference(job, &again, advised) {
-            Some(what) => Err(format!("{what} would differ from the advice")),
+            Some(what) => Err(format!("{what} would differ from the advice; {}", by_hand(job))),
             None => Ok(()),
         });
     let found = found.and_then(|()| {
@@ -50,13 +56,16 @@ pub fn confirm_rewritten(
         }
     });
     found.map_err(|why| {
-        let what = format!(
-            "is not written: read again, {why}; {} is written in a manner that cannot be edited, \
-             so change it by hand",
-            job.file.display()
-        );
+        let what = format!("is not written: read again, {why}");
         Note::error(Code::NotRewritten, Place::file(to), what)
     })
+}
+
+fn by_hand(job: &Job) -> String {
+    format!(
+        "{} is written in a manner that cannot be edited, so change it by hand",
+        job.file.display()
+    )
 }
 
 /// What is not as it must be. Stretches of a program that come to run alike are one when it is read
@@ -105,13 +114,24 @@ fn operation_difference(
         ("name", before.name == after.name || is_divided),
         ("tool", before.tool == after.tool && before.tool_number == after.tool_number),
         ("payload", before.carried == after.carried),
-        ("speed", after.speed == advised.speed),
+        ("speed", is_same_speed(&after.speed, &advised.speed)),
         ("feed", advised.feed_m_per_s.is_none_or(|feed| after.feed_m_per_s == feed)),
         ("cutting", is_same_cut(before, after)),
         ("start_near_deg", before.start_near == after.start_near),
         ("path", is_same_path),
     ];
     all.iter().find(|(_, is_same)| !is_same).map(|(what, _)| *what)
+}
+
+/// A program's numbers may be of another unit than rev/min, and are written with few digits.
+fn is_same_speed(after: &SpindleSpeed, advised: &SpindleSpeed) -> bool {
+    const SLACK_RPM: f64 = 1e-3;
+    match (after, advised) {
+        (SpindleSpeed::Constant(after), SpindleSpeed::Constant(advised)) => {
+            (after - advised).abs() <= SLACK_RPM
+        }
+        _ => after == advised,
+    }
 }
 
 /// The feed at which a drill was measured is that of the speeds before where the job did not say

@@ -208,6 +208,7 @@ impl<'j> Reader<'j> {
         self.masses_without_place();
         self.payloads_far_out();
         let operations = self.operations(tool.as_ref(), spindle.as_ref());
+        self.assumed_of_nothing();
         let levers = self.levers(operations.as_deref().unwrap_or_default());
         let operations = operations?;
         if operations.iter().any(|operation| !operation.carried.is_known()) {
@@ -233,6 +234,20 @@ impl<'j> Reader<'j> {
             if is_given {
                 let what = format!("{key} has no effect: no operation runs a program");
                 let line = self.tree.line_at(&[Step::Key(key)]);
+                self.notes.warning(Code::Unused, line, what);
+            }
+        }
+    }
+
+    /// What `assume` gives and no program names, where all could be read.
+    fn assumed_of_nothing(&mut self) {
+        if self.programs.reading.programs.is_empty() {
+            return;
+        }
+        for name in self.raw.assume.iter().flatten().map(|(name, _)| name) {
+            if !self.programs.assumed.contains(&name.to_lowercase()) {
+                let line = self.tree.line_at(&[Step::Key("assume"), Step::Key(name)]);
+                let what = format!("assume: '{name}' stands in no program that the job runs");
                 self.notes.warning(Code::Unused, line, what);
             }
         }

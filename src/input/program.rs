@@ -89,21 +89,47 @@ pub(super) fn program_moves(
     };
     let companions = companions(context, raw, path, modules, notes, programs)?;
     let settings = Settings { companions, ..settings(context, raw, path, notes)? };
+    let texts = settings.companions.iter().map(|own| own.text.as_bytes()).chain([&bytes[..]]);
+    programs.assumed.extend(named_in(context.assume.keys(), texts));
     programs.reading.programs.push((file.clone(), settings.clone()));
     let located = |mut note: Note| {
         note.place.file = Some(file.clone());
         note
     };
     match program::read(&bytes, dialect, &settings) {
-        Ok(Program { moves, spindle, feeds, warnings, .. }) => {
+        Ok(program) => {
+            let speed_step_rpm = program.speed_step_rpm();
+            let Program { moves, spindle, feeds, warnings, .. } = program;
             programs.reading.warnings.extend(warnings.into_iter().map(located));
-            Some(PathMoves { moves, program: Some(ProgramSays { file, spindle, feeds }) })
+            Some(PathMoves {
+                moves,
+                program: Some(ProgramSays { file, dialect, spindle, speed_step_rpm, feeds }),
+            })
         }
         Err(found) => {
             programs.errors.extend(found.into_iter().map(located));
             None
         }
     }
+}
+
+/// Those of the names, in lower case, that stand in a text: of `pr[14,3]` PR[14 does.
+fn named_in<'n, 't>(
+    names: impl Iterator<Item = &'n String>,
+    texts: impl Iterator<Item = &'t [u8]> + Clone,
+) -> Vec<String> {
+    let stands = |name: &&String| {
+        let end = name.find([',', ']', '.', '{']).unwrap_or(name.len());
+        let head = name.get(..end).unwrap_or(name).as_bytes();
+        // A register may be named by another that holds its number.
+        let list = head.split(|byte| *byte == b'[').next().unwrap_or(head);
+        let computed = [list, b"[r["].concat();
+        let has = |text: &[u8], part: &[u8]| {
+            text.windows(part.len().max(1)).any(|own| own.eq_ignore_ascii_case(part))
+        };
+        texts.clone().any(|text| has(text, head) || head != list && has(text, &computed))
+    };
+    names.filter(stands).cloned().collect()
 }
 
 /// The language of a file by its extension, or why it is not read.

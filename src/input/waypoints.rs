@@ -1,7 +1,7 @@
 //! The path of an operation → moves. Waypoints are read from the tree itself: there may be a
 //! million.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::formats::yaml::{Kind, Node};
 use crate::model::{JointKind, Robot};
 use crate::motion::{Move, Stated, StatedFeeds, Target, Timing};
 use crate::notes::{Code, Note, Notes};
-use crate::program::{Assumed, ExternalAxis, SpindleCommand};
+use crate::program::{Assumed, Dialect, ExternalAxis, SpindleCommand};
 use crate::units::{deg_from_rad, m_from_mm, rad_from_deg};
 use crate::wording::rounded;
 
@@ -63,6 +63,8 @@ impl OperationContext<'_> {
 pub(super) struct FromPrograms {
     pub(super) errors: Vec<Note>,
     pub(super) reading: Reading,
+    /// What `assume` gives and a program names.
+    pub(super) assumed: BTreeSet<String>,
 }
 
 /// The moves of a path and what its program says beside them.
@@ -77,7 +79,9 @@ pub(super) struct PathMoves {
 #[derive(Debug)]
 pub(super) struct ProgramSays {
     pub(super) file: PathBuf,
+    pub(super) dialect: Dialect,
     pub(super) spindle: Vec<SpindleCommand>,
+    pub(super) speed_step_rpm: Option<f64>,
     pub(super) feeds: StatedFeeds,
 }
 

@@ -163,6 +163,12 @@ codes! {
     ScheduleTiming = "schedule_timing": Doubt,
     /// A spindle schedule cannot follow the objective that was asked for.
     ObjectiveNotFollowed = "objective_not_followed": Remark,
+    /// What the program sets the spindle with takes whole numbers, so that speeds between its steps
+    /// are not advised.
+    SpeedSteps = "speed_steps": Remark,
+    /// A number that is rewritten also serves what the operation does not run, or an inline form
+    /// still shows the old one.
+    SharedNumber = "shared_number": Remark,
     /// Nobody says what the arm carries, so a verdict is at best uncertain.
     PayloadUnknown = "payload_unknown": Doubt,
     /// Nobody says where the tool ends, so it is taken at the robot's tip, and a line meets a mode

@@ -185,25 +185,42 @@ pub(super) fn named_by_job(settings: &Settings) -> HashSet<String> {
     procedures.chain(start).chain(settings.assume.keys().map(base)).collect()
 }
 
-/// A number that a program gives: its value, or why it is not known, and where it stands in the
-/// text.
-pub(super) type Given = (Result<f64, String>, Option<Span>);
+/// A number that a program gives.
+#[derive(Debug, Clone)]
+pub(super) struct Given {
+    /// Or why it is not known.
+    pub(super) value: Result<f64, String>,
+    /// Where it stands in the text, if it does.
+    pub(super) span: Option<Span>,
+    /// Whether what it is given to takes whole numbers alone.
+    pub(super) whole: bool,
+}
+
+impl Given {
+    /// To what takes any number.
+    pub(super) fn any(value: Result<f64, String>, span: Option<Span>) -> Self {
+        Self { value, span, whole: false }
+    }
+}
 
 /// Sets the speed of the spindle or the number of the tool.
-pub(super) fn set(
-    log: &mut Log,
-    line: usize,
-    sets: Sets,
-    value: Result<f64, String>,
-    span: Option<Span>,
-    per_unit: f64,
-) {
+pub(super) fn set(log: &mut Log, line: usize, sets: Sets, given: Given, per_unit: f64) {
+    /// Of what a product of two decimal fractions is off by.
+    const ROUNDING: f64 = 1e-12;
     log.sets(line);
-    let scaled = value.clone().map(|value| value * per_unit);
+    let Given { value, span, whole } = given;
+    let value = value.and_then(|value| match whole && value.fract() != 0.0 {
+        true => Err(format!("{value} is set where whole numbers alone are taken")),
+        false => Ok(value),
+    });
+    let scaled = value.clone().map(|value| {
+        let (rpm, round) = (value * per_unit, (value * per_unit * 1e3).round() / 1e3);
+        if (rpm - round).abs() <= ROUNDING * rpm.abs() { round } else { rpm }
+    });
     match (sets, scaled) {
         (Sets::Spindle, Ok(rpm)) if rpm >= 0.0 => {
             if let (true, Ok(value)) = (rpm > 0.0, value) {
-                log.states(line, span, States::Spindle { value, rpm_per_unit: per_unit });
+                log.states(line, span, States::Spindle { value, rpm_per_unit: per_unit, whole });
             }
             log.reverse(false);
             log.spindle(line, Spindle::at(Some(rpm)));
@@ -211,7 +228,7 @@ pub(super) fn set(
         // It turns the other way round. A sign may stand outside of the span, so that the number is
         // not one to be replaced.
         (Sets::Spindle, Ok(rpm)) => {
-            log.states(line, None, States::Spindle { value: -rpm, rpm_per_unit: 1.0 });
+            log.states(line, None, States::speed(-rpm));
             log.reverse(true);
             log.spindle(line, Spindle::at(Some(-rpm)));
         }
@@ -239,9 +256,9 @@ pub(super) fn set_by_call(
     for (sets, by) in all(settings) {
         if let Setter::Procedure(procedure, argument) = &by.what
             && procedure.to_lowercase() == name
-            && let Some((value, span)) = argument.checked_sub(1).and_then(|at| args.get(at))
+            && let Some(given) = argument.checked_sub(1).and_then(|at| args.get(at))
         {
-            set(log, line, sets, value.clone(), *span, by.per_unit);
+            set(log, line, sets, given.clone(), by.per_unit);
             done = true;
         }
     }
@@ -254,12 +271,12 @@ pub(super) fn set_by_name(
     log: &mut Log,
     line: usize,
     name: &str,
-    (value, span): Given,
+    given: Given,
 ) -> bool {
     let mut done = false;
     for (sets, by) in all(settings) {
         if matches!(&by.what, Setter::Signal(signal) if signal.to_lowercase() == name) {
-            set(log, line, sets, value.clone(), span, by.per_unit);
+            set(log, line, sets, given.clone(), by.per_unit);
             done = true;
         }
     }
@@ -278,7 +295,7 @@ pub(super) fn set_by_comment(
         let Setter::Comment(start) = &by.what else { continue };
         let rest = comment.trim_start().strip_prefix(start.as_str());
         if let Some((value, digits)) = rest.and_then(number) {
-            set(log, line, sets, Ok(value), span(digits), by.per_unit);
+            set(log, line, sets, Given::any(Ok(value), span(digits)), by.per_unit);
         }
     }
 }
@@ -322,7 +339,7 @@ impl Comments {
     /// Runs what comments before the instruction of this line set.
     pub(super) fn heed(&self, line: usize, log: &mut Log) {
         for &(line, sets, value, span, per_unit) in self.0.get(&line).into_iter().flatten() {
-            set(log, line, sets, Ok(value), Some(span), per_unit);
+            set(log, line, sets, Given::any(Ok(value), Some(span)), per_unit);
         }
     }
 }

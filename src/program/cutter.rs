@@ -82,6 +82,8 @@ pub(super) struct Cutter<'a> {
     pub(super) rpm: Option<f64>,
     /// Whether the program has started or stopped the spindle, and which.
     pub(super) is_on: Option<bool>,
+    /// Whether it turned when the tool was changed, and nothing has started it since.
+    turns_through_change: bool,
     /// The first tool that has a name alone, and whether any has a number.
     named: Option<String>,
     has_number: bool,
@@ -105,6 +107,7 @@ impl<'a> Cutter<'a> {
             feed: Feed { kind: FeedKind::PerMinute, value: None },
             rpm: None,
             is_on: None,
+            turns_through_change: false,
             named: None,
             has_number: false,
             unit: UnitWatch::default(),
@@ -135,6 +138,7 @@ impl<'a> Cutter<'a> {
     }
 
     pub(super) fn line_to(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
+        self.tell_turning(line, pace);
         let pose = self.pose(to);
         self.log.motion(line, Target::Line(pose), self.tcp, pace);
         self.heading = self.place().and_then(|from| (to - from).try_normalize(1e-9));
@@ -151,6 +155,7 @@ impl<'a> Cutter<'a> {
     /// An arc or helix from where the tool is. A pace in seconds is that of the whole.
     pub(super) fn arc(&mut self, line: usize, arc: &Arc, pace: Pace) -> Result<(), String> {
         let pieces = arc::pieces(arc)?;
+        self.tell_turning(line, pace);
         self.heading = arc::heading(arc, &pieces);
         let pace = match pace {
             Pace::Seconds(seconds) => Pace::Seconds(seconds / pieces.len() as f64),
@@ -279,7 +284,7 @@ impl<'a> Cutter<'a> {
             return Err(format!("the spindle's speed is {rpm} rpm, must not be negative"));
         }
         if rpm > 0.0 {
-            self.log.states(line, span, States::Spindle { value: rpm, rpm_per_unit: 1.0 });
+            self.log.states(line, span, States::speed(rpm));
         }
         self.rpm = Some(rpm);
         if self.is_on == Some(true) {
@@ -299,6 +304,26 @@ impl<'a> Cutter<'a> {
         let spindle = if on { Spindle::at(self.rpm) } else { Spindle::Stands };
         self.log.spindle(line, spindle);
         self.is_on = Some(on);
+        self.turns_through_change = false;
+    }
+
+    /// Another tool comes into the spindle.
+    pub(super) fn change(&mut self) {
+        self.turns_through_change |= self.is_on == Some(true);
+    }
+
+    /// The first move at feed behind a change of tool.
+    fn tell_turning(&mut self, line: usize, pace: Pace) {
+        if pace != Pace::Rapid && std::mem::take(&mut self.turns_through_change) {
+            let what = "cuts with the spindle as it turned before the change of tool: most \
+                        controls stop it there, and nothing starts it again";
+            self.log.warning(Code::SpindleCommand, line, what);
+        }
+    }
+
+    /// The number of the tool in the spindle.
+    pub(super) fn loaded(&self) -> Option<u32> {
+        self.loaded.filter(|_| self.has_number)
     }
 
     pub(super) fn tool(&mut self, number: f64) -> Result<(), String> {

@@ -27,6 +27,8 @@ pub(super) struct Log {
     spindle: Vec<SpindleCommand>,
     /// Lines at which the job's `spindle_from` or `tool_from` has set something.
     set_by: HashSet<usize>,
+    /// The procedure that the program starts with.
+    entry: String,
     words: Vec<Word>,
     /// Where the last motion went, if that is a pose.
     last: Option<Last>,
@@ -96,18 +98,27 @@ pub(super) struct Word {
 /// What a number in the text states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum States {
-    /// Spindle speed; one unit stands for so many rev/min.
-    Spindle { value: f64, rpm_per_unit: f64 },
+    /// Spindle speed; one unit stands for so many rev/min. What it sets may take whole numbers
+    /// alone.
+    Spindle { value: f64, rpm_per_unit: f64, whole: bool },
     /// Feed per time, in some unit.
     Feed { value: f64 },
-    /// Speed in a name of the language (`v100`), behind which it can be given, mm/s.
-    NamedFeed { mm_per_s: f64 },
+    /// Speed in a name of the language (`v100`), mm/s. Behind it, it can be given by `\V`, or the
+    /// data take its place.
+    NamedFeed { mm_per_s: f64, takes_v: bool },
     /// A time instead of a speed.
     Seconds { value: f64 },
     /// Feed per revolution.
     FeedPerRevolution,
     /// A tap follows at a feed per time: its pitch is feed over speed.
     Tap,
+}
+
+impl States {
+    /// A spindle speed in rev/min.
+    pub(super) fn speed(rpm: f64) -> Self {
+        Self::Spindle { value: rpm, rpm_per_unit: 1.0, whole: false }
+    }
 }
 
 impl Log {
@@ -120,6 +131,7 @@ impl Log {
             moves: Vec::new(),
             spindle: Vec::new(),
             set_by: HashSet::new(),
+            entry: String::new(),
             words: Vec::new(),
             last: None,
             rapid: None,
@@ -315,6 +327,16 @@ impl Log {
         self.set_by.contains(&line)
     }
 
+    /// The procedure that the program starts with, its name in lower case.
+    pub(super) fn starts_with(&mut self, name: &str) {
+        name.clone_into(&mut self.entry);
+    }
+
+    /// The same; empty where the language has none.
+    pub(super) fn entry(&self) -> &str {
+        &self.entry
+    }
+
     /// Whether the path has started.
     pub(super) fn has_moved(&self) -> bool {
         !self.moves.is_empty()
@@ -457,7 +479,7 @@ impl Log {
             let what = format!("{moves} at the assumed {} m/s", self.rapid_m_per_s);
             self.warning(Code::Assumed, first_line, what);
         }
-        let Self { mut moves, spindle, words, feeds, mut notes, kinds, .. } = self;
+        let Self { mut moves, spindle, words, entry, feeds, mut notes, kinds, .. } = self;
         let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
         let stops = spindle.iter().zip(ends).filter(|(at, _)| at.spindle == Spindle::Stands);
         for (stop, end) in stops {
@@ -470,7 +492,7 @@ impl Log {
         if !errors.is_empty() {
             return Err(grouped(errors, &kinds));
         }
-        Ok(Program { moves, spindle, feeds, warnings, words })
+        Ok(Program { moves, spindle, feeds, warnings, words, entry })
     }
 }
 

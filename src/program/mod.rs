@@ -169,6 +169,20 @@ pub struct Program {
     pub warnings: Vec<Note>,
     /// Where the text states speeds and feeds.
     words: Vec<log::Word>,
+    /// The procedure that it starts with, its name in lower case, where the language has some.
+    entry: String,
+}
+
+impl Program {
+    /// The steps, rev/min, in which what sets the spindle takes its speed, where it takes whole
+    /// numbers alone.
+    pub fn speed_step_rpm(&self) -> Option<f64> {
+        let steps = self.words.iter().filter_map(|word| match word.states {
+            log::States::Spindle { rpm_per_unit, whole: true, .. } => Some(rpm_per_unit),
+            _ => None,
+        });
+        steps.reduce(f64::max)
+    }
 }
 
 /// A command to the spindle.

@@ -10,9 +10,10 @@ use std::collections::BTreeMap;
 use super::log::{States, Word};
 use super::span::Span;
 use super::text::{self, Decoded};
-use super::{Dialect, Program, Settings, read};
+use super::{Dialect, Program, Settings, read, unread};
 use crate::motion::{Move, Spindle, Timing};
 use crate::notes::{Code, Note, Place};
+use crate::wording::plain;
 
 /// What to write where the program states speeds.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,8 +32,8 @@ pub struct NewSpeed {
     pub end: usize,
     /// Spindle speed, rev/min.
     pub rpm: f64,
-    /// The speed so far, rev/min, where the program states none.
-    pub old_rpm: f64,
+    /// The speed so far, rev/min, where it is the job's and not the program's.
+    pub job_rpm: Option<f64>,
 }
 
 /// A program rewritten.
@@ -46,16 +47,21 @@ pub struct Rewritten {
     pub feeds: usize,
     /// Feeds per revolution, which stay.
     pub feeds_per_revolution: usize,
+    /// Where a number that changes means more than the path that was read: its line, and what.
+    pub beside: Vec<(usize, String)>,
 }
 
 /// Stands in for the feed of the job, so that moves at it are known.
 const FEED_OF_JOB_M_PER_S: f64 = 0.123_456_789;
 
-/// Speeds and feeds are written with three decimals.
 const SLACK: f64 = 1e-6;
 
-/// Unless that would be off by more than this share of the value.
+/// Feeds are written with as many decimals as leave them this share of their value off, three at
+/// least.
 const COARSE: f64 = 2e-6;
+
+/// And speeds this much, rev/min.
+const COARSE_RPM: f64 = 2e-4;
 
 /// Rewrites a program that [`read`] understands with `settings`.
 ///
@@ -82,26 +88,90 @@ pub fn rewrite(
     let plan = Plan::new(&before.moves, to);
     let changes = changes(&before.words, &plan, &decoded.text).map_err(refused)?;
     if changes.speeds == 0 {
-        let why = "it states no spindle speed as a number";
-        return Err(refused(match dialect {
-            Dialect::Rapid => format!(
-                "{why}: RAPID has no instruction for the spindle; say in \
-                 path.program.spindle_from what sets it"
-            ),
-            _ => why.to_owned(),
-        }));
+        return Err(refused(no_speed(&before.words, dialect, &settings)));
     }
     let out = Rewritten {
         bytes: spliced(bytes, &decoded, &changes.texts),
         speeds: changes.speeds,
         feeds: changes.feeds,
         feeds_per_revolution: changes.feeds_per_revolution,
+        beside: beside(&decoded.text, dialect, &before.entry, changes.texts.keys()),
     };
     match plan.mismatch(&before, &reread(&out.bytes)?) {
         None => Ok(out),
         Some(what) => Err(refused(what)),
     }
 }
+
+/// Of numbers that change: data of RAPID that procedures use, too, which nothing here runs; inline
+/// forms of KRL that still show the old one.
+fn beside<'s>(
+    text: &str,
+    dialect: Dialect,
+    entry: &str,
+    spans: impl Iterator<Item = &'s Span>,
+) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    for span in spans {
+        let Some(before) = text.get(..span.start) else { continue };
+        let line = before.lines().count().max(1);
+        let head = before.rsplit('\n').next().unwrap_or("");
+        match dialect {
+            Dialect::Rapid => {
+                let Some((name, _)) = head.split_once(":=") else { continue };
+                let is_part = |c: char| c.is_alphanumeric() || c == '_';
+                let name = name.trim_end().rsplit(|c| !is_part(c)).next().unwrap_or("");
+                if let Some((procedure, at)) = unread::used_in_idle(text, entry, name) {
+                    found.push((
+                        line,
+                        format!(
+                            "'{name}' changes for procedure '{procedure}', too, which uses it at \
+                             line {at} and which this operation does not run"
+                        ),
+                    ));
+                }
+            }
+            Dialect::Krl => {
+                let fold = before.rfind(";FOLD").and_then(|at| before.get(at..));
+                let fold = fold.filter(|own| !own.contains(";ENDFOLD"));
+                let title = fold.and_then(|own| own.lines().next()).unwrap_or("");
+                if title.to_lowercase().contains("vel=") {
+                    found.push((
+                        line,
+                        "the inline form around it still shows the old speed, which the pendant \
+                         writes back when the form is changed or the point taught"
+                            .to_owned(),
+                    ));
+                }
+            }
+            _ => {}
+        }
+    }
+    found.dedup();
+    found
+}
+
+/// Why no number of the text is a speed that can be changed.
+fn no_speed(words: &[Word], dialect: Dialect, settings: &Settings) -> String {
+    let is_speed = |word: &&Word| matches!(word.states, States::Spindle { .. });
+    let why = "it states no spindle speed as a number";
+    match words.iter().find(is_speed) {
+        Some(word) => format!("the spindle's speed at line {} {ELSEWHERE}", word.line),
+        None if settings.spindle_from.is_some() => {
+            format!("{why}, and nothing that path.program.spindle_from names sets one")
+        }
+        None => match dialect {
+            Dialect::Rapid | Dialect::Krl | Dialect::Fanuc => format!(
+                "{why}: {dialect} has no instruction for the spindle; say in \
+                 path.program.spindle_from what sets it"
+            ),
+            _ => why.to_owned(),
+        },
+    }
+}
+
+/// What can be said of a value that is no number at its place in the text.
+const ELSEWHERE: &str = "is computed, or is a number at another place: state it there as a number";
 
 /// What is written where.
 #[derive(Default)]
@@ -114,20 +184,31 @@ struct Changes {
 
 fn changes(words: &[Word], plan: &Plan<'_>, text: &str) -> Result<Changes, String> {
     let mut found = Changes::default();
-    for word in words {
+    for (word, holds) in words.iter().zip(plan.holding(words)) {
+        if !holds {
+            continue;
+        }
         let change = plan.at_move(word.from_move);
-        let (value, new) = match word.states {
-            States::Spindle { value, rpm_per_unit } => (value, change.rpm / rpm_per_unit),
-            States::Feed { value } => (value, value * change.feed_ratio),
-            States::NamedFeed { mm_per_s } => (mm_per_s, mm_per_s * change.feed_ratio),
-            States::Seconds { value } => (value, value / change.feed_ratio),
+        let of_feed = |value: f64| (value, value * change.feed_ratio, COARSE * value);
+        let (value, new, slack) = match word.states {
+            States::Spindle { value, rpm_per_unit, whole } => {
+                // What takes whole numbers alone is seen to miss the speed when it is read again.
+                let slack = if whole { 0.5 } else { COARSE_RPM / rpm_per_unit };
+                (value, change.rpm / rpm_per_unit, slack)
+            }
+            States::Feed { value } => of_feed(value),
+            States::NamedFeed { mm_per_s, .. } => of_feed(mm_per_s),
+            States::Seconds { value } => {
+                let new = value / change.feed_ratio;
+                (value, new, COARSE * new)
+            }
             States::FeedPerRevolution => {
                 found.feeds_per_revolution += 1;
                 continue;
             }
             States::Tap => {
-                let Change { speed_ratio, feed_ratio, .. } = change;
-                if (speed_ratio - feed_ratio).abs() > SLACK * speed_ratio {
+                let Change { turns_ratio, feed_ratio, .. } = change;
+                if (turns_ratio - feed_ratio).abs() > SLACK * turns_ratio {
                     return Err(
                         "it taps (G84, G74, cycle 206, CYCLE/TAP), and with this feed the pitch \
                                 would change"
@@ -141,10 +222,17 @@ fn changes(words: &[Word], plan: &Plan<'_>, text: &str) -> Result<Changes, Strin
         // What is computed stays; whether that is right is seen when the result is read.
         let Some(span) = word.span else { continue };
         let old = text.get(span.start..span.end).unwrap_or("");
+        let written = match word.states {
+            States::Spindle { whole: true, .. } => written(new.round(), 0, slack),
+            States::Spindle { .. } => written(new, 0, slack),
+            _ => written(new, 3, slack),
+        };
         let new = match word.states {
-            _ if written(new).parse() == Ok(value) => old.to_owned(),
-            States::NamedFeed { .. } => format!("{old}\\V:={}", written(new)),
-            _ => number_like(old, new),
+            _ if written.parse() == Ok(value) => old.to_owned(),
+            States::NamedFeed { takes_v: true, .. } => format!("{old}\\V:={written}"),
+            // v_ori, v_leax and v_reax of the language's own speeds.
+            States::NamedFeed { .. } => format!("[{written},500,5000,1000]"),
+            _ => number_like(old, written),
         };
         match found.texts.get(&span) {
             None => {
@@ -155,9 +243,10 @@ fn changes(words: &[Word], plan: &Plan<'_>, text: &str) -> Result<Changes, Strin
             Some(other) if *other == new => {}
             Some(other) => {
                 return Err(format!(
-                    "the number of line {} holds where it would have to be {other} and where it \
-                     would have to be {new}",
-                    word.line
+                    "'{old}' is one number for several moves, {} among them, of which some need \
+                     {other} and others {new}: state a number for each, or have both run at one \
+                     speed",
+                    format_args!("those behind line {}", word.line)
                 ));
             }
         }
@@ -166,24 +255,27 @@ fn changes(words: &[Word], plan: &Plan<'_>, text: &str) -> Result<Changes, Strin
 }
 
 /// A number with a decimal point where the one before had one.
-fn number_like(old: &str, value: f64) -> String {
-    let mut new = written(value);
+fn number_like(old: &str, mut new: String) -> String {
     if old.contains('.') && !new.contains('.') {
         new.push_str(if old.ends_with('.') { "." } else { ".0" });
     }
     new
 }
 
-/// Three decimals, or seven digits where three decimals are too coarse.
-fn written(value: f64) -> String {
-    let rounded = (value * 1e3).round() / 1e3;
-    if (rounded - value).abs() <= COARSE * value {
-        return rounded.to_string();
+/// The fewest decimals, but as many as `least`, that leave a value off by `slack`; no zeros behind
+/// them.
+fn written(value: f64, least: usize, slack: f64) -> String {
+    /// Beyond, an f64 holds no digit of a number that matters here.
+    const MOST: usize = 15;
+    for decimals in least..MOST {
+        let text = format!("{value:.decimals$}");
+        let is_near = text.parse::<f64>().is_ok_and(|read| (read - value).abs() <= slack);
+        if is_near {
+            let shown = if decimals == 0 { &text } else { text.trim_end_matches('0') };
+            return shown.trim_end_matches('.').to_owned();
+        }
     }
-    let digits = 6 - value.log10().floor().clamp(-300.0, 6.0) as i32;
-    let scale = 10_f64.powi(digits);
-    let fine = (value * scale).round() / scale;
-    if fine.is_finite() { fine.to_string() } else { value.to_string() }
+    value.to_string()
 }
 
 fn spliced(bytes: &[u8], decoded: &Decoded, texts: &BTreeMap<Span, String>) -> Vec<u8> {
@@ -212,8 +304,8 @@ struct Plan<'a> {
 #[derive(Clone, Copy)]
 struct Change {
     rpm: f64,
-    /// New speed over old.
-    speed_ratio: f64,
+    /// New speed over the one that the program states.
+    turns_ratio: f64,
     /// New feed over old.
     feed_ratio: f64,
 }
@@ -245,23 +337,45 @@ impl<'a> Plan<'a> {
         let new = speeds.get(of).copied();
         let stated = self.moves.get(index).and_then(stated_rpm);
         let rpm = new.map(|new| new.rpm).or(stated).unwrap_or(0.0);
-        let old = stated.or(new.map(|new| new.old_rpm)).unwrap_or(rpm);
-        let speed_ratio = if old > 0.0 { rpm / old } else { 1.0 };
+        let over = |old: Option<f64>| old.filter(|old| *old > 0.0).map_or(1.0, |old| rpm / old);
+        // Where the job's speed holds, the cut was checked at that.
+        let speed_ratio = over(new.and_then(|new| new.job_rpm).or(stated));
         let feed_ratio = if self.to.keeps_chip_load { speed_ratio } else { 1.0 };
-        Change { rpm, speed_ratio, feed_ratio }
+        Change { rpm, turns_ratio: over(stated), feed_ratio }
+    }
+
+    /// By word, whether a move runs under it. A speed that nothing turns at stays as it is: one to
+    /// warm the spindle up, or for the program that follows. One that is stated again before
+    /// anything moves follows the second.
+    fn holding(&self, words: &[Word]) -> Vec<bool> {
+        let is_speed = |word: &Word| matches!(word.states, States::Spindle { .. });
+        let mut holds: Vec<bool> = words.iter().map(|w| w.from_move < self.moves.len()).collect();
+        let mut next: Option<(&Word, bool)> = None;
+        for (word, holds) in words.iter().zip(&mut holds).rev().filter(|(word, _)| is_speed(word)) {
+            let end = next.map_or(self.moves.len(), |(next, _)| next.from_move);
+            let own = self.moves.get(word.from_move..end).unwrap_or_default();
+            let turns = own.iter().any(|each| each.spindle_turns && stated_rpm(each).is_some());
+            let is_again = next
+                .is_some_and(|(next, runs)| runs && next.states == word.states && own.is_empty());
+            *holds = turns || is_again;
+            next = Some((word, *holds));
+        }
+        holds
     }
 
     /// The first move that does not run as it is to, in words.
     fn mismatch(&self, before: &Program, after: &Program) -> Option<String> {
         const SLACK_RPM: f64 = 1e-3;
         if before.moves.len() != after.moves.len() {
-            return Some("its moves would change".to_owned());
+            return Some("a number that changes decides which moves run, too".to_owned());
         }
         let pairs = before.moves.iter().zip(&after.moves).enumerate().skip(1);
         for (index, (old, new)) in pairs {
             let line = old.line;
             if old.to != new.to || old.tcp != new.tcp || line != new.line {
-                return Some(format!("the move of line {line} would change"));
+                return Some(format!(
+                    "the move of line {line} would change: a number that changes places it, too"
+                ));
             }
             let change = self.of_move(index);
             let (was, is) = (stated_rpm(old), stated_rpm(new));
@@ -271,16 +385,28 @@ impl<'a> Plan<'a> {
             if let Some(rpm) = is
                 && (rpm - change.rpm).abs() > SLACK_RPM
             {
-                return Some(format!("line {line} would run at {rpm} rpm, not {}", change.rpm));
+                return Some(format!(
+                    "line {line} would run at {} rpm, not {}: its speed takes whole numbers \
+                     alone, {ELSEWHERE}",
+                    plain(rpm),
+                    plain(change.rpm)
+                ));
             }
-            let per_turn = before.feeds.per_revolution.then_some(change.speed_ratio);
+            let per_turn = before.feeds.per_revolution.then_some(change.turns_ratio);
             let ratios = [Some(change.feed_ratio), per_turn];
             if !ratios.into_iter().flatten().any(|ratio| keeps_pace(old, new, ratio)) {
-                return Some(format!(
-                    "the feed of line {line} would not be as advised: it is computed, bounded by \
-                     a speed limit, or stated before the speed changes; state it as a number \
-                     behind each change of speed"
-                ));
+                return Some(match old.timing {
+                    Timing::Seconds(was) => format!(
+                        "the wait of line {line} would no longer take {} s: a number that changes \
+                         sets it, too",
+                        plain(was)
+                    ),
+                    _ => format!(
+                        "the feed of line {line} would not be as advised: it {ELSEWHERE}; or it \
+                         is bounded by a speed limit, or stated before the speed changes: state \
+                         it behind each change of speed"
+                    ),
+                });
             }
         }
         None
@@ -323,7 +449,7 @@ mod tests {
 
     /// One speed for the whole program.
     fn to(rpm: f64, keeps_chip_load: bool) -> Rewrite {
-        let whole = NewSpeed { end: usize::MAX, rpm, old_rpm: 900.0 };
+        let whole = NewSpeed { end: usize::MAX, rpm, job_rpm: None };
         Rewrite { speeds: vec![whole], keeps_chip_load }
     }
 
@@ -405,7 +531,7 @@ mod tests {
     #[test]
     fn each_stretch_has_its_own_speed_and_feed() {
         let rewritten = |text: &str| {
-            let speed = |end, rpm| NewSpeed { end, rpm, old_rpm: 1.0 };
+            let speed = |end, rpm| NewSpeed { end, rpm, job_rpm: None };
             let speeds = vec![speed(2, 1500.0), speed(4, 1000.0)];
             let to = Rewrite { speeds, keeps_chip_load: true };
             rewrite(text.as_bytes(), Dialect::GCode, &settings(), &to)

@@ -3,7 +3,7 @@
 //! interrupts, branches that only the run decides. Moves behind the end of the program or of a
 //! routine. Blocks that may be skipped.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::cell::all;
 use super::log::Log;
@@ -16,18 +16,39 @@ pub(super) fn setters(text: &str, dialect: Dialect, settings: &Settings, log: &m
         Setter::Signal(name) | Setter::Procedure(name, _) => Some(name.to_lowercase()),
         Setter::Comment(_) => None,
     });
-    warn_of_lines_naming(&names.collect::<Vec<_>>(), text, dialect, log);
+    let names: Vec<String> = names.collect();
+    let idle = match dialect {
+        Dialect::Rapid if !names.is_empty() && settings.companions.is_empty() => {
+            idle(text, log.entry())
+        }
+        _ => HashSet::new(),
+    };
+    warn_of_lines(&names, text, (dialect, &idle), log);
 }
 
 /// Warns of every line of code that names one of these, in lower case, and has set nothing.
 pub(super) fn warn_of_lines_naming(names: &[String], text: &str, dialect: Dialect, log: &mut Log) {
+    warn_of_lines(names, text, (dialect, &HashSet::new()), log);
+}
+
+/// The same but for procedures that are `idle`.
+fn warn_of_lines(
+    names: &[String],
+    text: &str,
+    (dialect, idle): (Dialect, &HashSet<String>),
+    log: &mut Log,
+) {
     if names.is_empty() {
         return;
     }
+    let mut is_idle = false;
     for (index, whole) in text.lines().enumerate() {
         let line = index + 1;
         let code = code_of(whole, dialect).to_lowercase();
-        if is_definition(&code, dialect) || log.has_set(line) {
+        if dialect == Dialect::Rapid {
+            is_idle = procedure_of(&code).map_or(is_idle, |name| idle.contains(name));
+        }
+        if is_idle || is_definition(&code, dialect) || log.has_set(line) {
             continue;
         }
         if let Some(name) = names.iter().find(|name| is_named(&code, name, dialect)) {
@@ -79,34 +100,125 @@ pub(super) fn left_over(ran: &[bool], end: usize, heads: &HashSet<usize>) -> Vec
     left
 }
 
-/// A line without its comment.
-fn code_of(line: &str, dialect: Dialect) -> &str {
+/// A line without its comment and what stands between quotes.
+fn code_of(line: &str, dialect: Dialect) -> String {
     let mark = if dialect == Dialect::Krl { ';' } else { '!' };
-    let end = line.find(mark).unwrap_or(line.len());
-    line.get(..end).unwrap_or(line)
+    let mut in_text = false;
+    let code = line.chars().take_while(|c| {
+        in_text ^= *c == '"';
+        in_text || *c != mark
+    });
+    let mut in_text = false;
+    code.filter(|c| {
+        in_text ^= *c == '"';
+        !in_text
+    })
+    .collect()
+}
+
+/// The procedures of RAPID, in lower case, that neither the first one nor a trap names, directly or
+/// by others; none where a name may be worked out.
+fn idle(text: &str, entry: &str) -> HashSet<String> {
+    let mut named: HashMap<String, HashSet<String>> = HashMap::new();
+    let mut current = String::new();
+    for line in text.lines() {
+        let code = code_of(line, Dialect::Rapid).to_lowercase();
+        if code.starts_with("%%%") {
+            continue;
+        }
+        if code.contains('%') || code.contains("callbyvar") {
+            return HashSet::new();
+        }
+        let begun = procedure_of(&code);
+        if let Some(name) = begun {
+            name.clone_into(&mut current);
+            named.entry(current.clone()).or_default();
+            continue;
+        }
+        let words = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+        named.entry(current.clone()).or_default().extend(words.map(str::to_owned));
+    }
+    // Outside of procedures: functions and traps.
+    let mut open = vec![String::new(), entry.to_owned()];
+    while let Some(name) = open.pop() {
+        let found = named.remove(&name).unwrap_or_default();
+        open.extend(found.into_iter().filter(|word| named.contains_key(word)));
+    }
+    named.into_keys().collect()
+}
+
+/// The first procedure of RAPID that nothing runs and that names a datum, and the line.
+pub(super) fn used_in_idle(text: &str, entry: &str, name: &str) -> Option<(String, usize)> {
+    let (idle, name) = (idle(text, entry), name.to_lowercase());
+    let mut current = String::new();
+    for (index, line) in text.lines().enumerate() {
+        let code = code_of(line, Dialect::Rapid).to_lowercase();
+        if let Some(begun) = procedure_of(&code) {
+            begun.clone_into(&mut current);
+        }
+        let mut words = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+        if idle.contains(&current) && words.any(|word| word == name) {
+            return Some((current, index + 1));
+        }
+    }
+    None
+}
+
+/// The procedure that a line of RAPID begins or, without a name, ends.
+fn procedure_of(code: &str) -> Option<&str> {
+    let mut words = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+    match words.by_ref().find(|word| !matches!(*word, "" | "local"))? {
+        "proc" => words.find(|word| !word.is_empty()),
+        "endproc" => Some(""),
+        _ => None,
+    }
 }
 
 /// The head of the procedure itself, or a declaration.
 fn is_definition(code: &str, dialect: Dialect) -> bool {
     let mut words = code.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
     let first: Vec<&str> = words.by_ref().take(3).collect();
+    let begins = |known: &[&str]| {
+        let own = first.iter().find(|word| !matches!(**word, "local" | "task" | "global"));
+        own.is_some_and(|word| known.contains(word))
+    };
     first.iter().any(|word| matches!(*word, "proc" | "func" | "def" | "deffct"))
-        || first.first().is_some_and(|word| matches!(*word, "var" | "pers"))
-        // `GLOBAL SIGNAL SPIN $ANOUT[1]`.
-        || dialect == Dialect::Krl
-            && code.split_whitespace().find(|word| *word != "global") == Some("signal")
+        || match dialect {
+            // `12: WAIT R[1]`.
+            Dialect::Fanuc => first.iter().take(2).any(|word| *word == "wait"),
+            Dialect::Rapid => begins(&["var", "pers", "const"]),
+            // `GLOBAL SIGNAL SPIN $ANOUT[1]`, `DECL INT RPM`.
+            Dialect::Krl => begins(&["signal", "decl", "int", "real", "bool", "char"]),
+            _ => false,
+        }
 }
 
-/// Whether a name stands in a line as a word of its own; an output of TP also where a register
-/// gives its number.
+/// Whether what stands on both sides of a name says that it is read there and no more: an operator
+/// of arithmetic or of a comparison, or the sign behind which a value stands.
+fn is_read(before: &str, behind: &str, dialect: Dialect) -> bool {
+    let (before, behind) = (before.trim_end(), behind.trim_start());
+    let computes = |c: char| matches!(c, '+' | '-' | '*' | '/' | '<' | '>');
+    // In KRL and TP `=` behind a name may set it.
+    let compares = behind.starts_with("==") || dialect == Dialect::Rapid && behind.starts_with('=');
+    if behind.starts_with(computes) || compares || before.ends_with(computes) {
+        return true;
+    }
+    // `\AOp:=aoSpindle` names an output.
+    let head = before.trim_end_matches([':', '=']).trim_end();
+    let is_name = |c: char| c.is_alphanumeric() || c == '_';
+    before.ends_with('=') && !head.trim_end_matches(is_name).ends_with('\\')
+}
+
+/// Whether a name stands in a line as a word of its own, where it is more than read; an output of
+/// TP also where a register gives its number.
 fn is_named(code: &str, name: &str, dialect: Dialect) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '$';
     let own = code.match_indices(name).any(|(at, _)| {
-        let before = code.get(..at).and_then(|head| head.chars().next_back());
-        let behind = code.get(at + name.len()..).and_then(|tail| tail.chars().next());
+        let (before, behind) = code.split_at(at);
+        let behind = behind.get(name.len()..).unwrap_or("");
         // `ao[1]` ends by its bracket.
-        let ends = name.ends_with(']') || !behind.is_some_and(is_part);
-        ends && !before.is_some_and(is_part)
+        let ends = name.ends_with(']') || !behind.starts_with(is_part);
+        ends && !before.ends_with(is_part) && !is_read(before, behind, dialect)
     });
     let list = name.split('[').next().unwrap_or(name);
     let by_register =

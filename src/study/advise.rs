@@ -170,6 +170,10 @@ pub fn advise(
                 let file = job.beside(rewrite.0);
                 let rewritten = rewritten_program(&job.file, &file, &rewrite.1).map_err(stopped)?;
                 advised.outputs.push(Output::new(path, rewritten.bytes));
+                let shared = rewritten.beside.into_iter().map(|(line, what)| {
+                    Note::warning(Code::SharedNumber, Place::line(&file, line), what)
+                });
+                advised.job.warnings.extend(warnings(job, shared));
                 advised.job.written_program = Some(path.to_owned());
             }
         }
@@ -357,14 +361,20 @@ fn program_rewrite<'j>(
                         "operation '{name}' keeps its spindle_schedule, which no program can state"
                     ));
                 }
-                Remedy::Scheduled(_) | Remedy::Infeasible => {
+                Remedy::Scheduled(_) => {
+                    return Err(format!(
+                        "operation '{name}' is to vary its speed along the path, which no program \
+                         can state; leave out --schedule where a constant speed is safe"
+                    ));
+                }
+                Remedy::Infeasible => {
                     return Err(format!("operation '{name}' has no safe constant speed"));
                 }
             };
             speeds.push(NewSpeed {
                 end: operation.stretch.end,
                 rpm,
-                old_rpm: advice.programmed_rpm,
+                job_rpm: (!operation.is_speed_of_program).then_some(advice.programmed_rpm),
             });
         }
         let this =

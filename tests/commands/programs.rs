@@ -190,6 +190,62 @@ fn a_program_that_cannot_be_rewritten_is_an_error() {
     assert!(!bench.0.path().join("new.yaml").exists() && !bench.0.path().join("new.mod").exists());
 }
 
+/// By what sets the spindle: a group output takes whole numbers of its unit, an analog one any; data
+/// that another procedure uses change for it, too, and that is told.
+#[test]
+fn advice_is_written_in_the_units_of_what_sets_the_spindle() {
+    let bench = Bench::new();
+    let program = bench.read("contour.mod");
+    let (head, body) = program.split_once("PROC main()").unwrap();
+    let sets = |by: &str| {
+        format!(
+            "{head}CONST num nS:=30;\nPROC main()\n{by}{body}",
+            body = body.replace("ENDMODULE", "PROC two()\nSetGO goS, nS;\nENDPROC\nENDMODULE")
+        )
+    };
+    let job = |signal: &str, per_unit: &str| {
+        let job = contour(3000.0, "p.mod", "assume: {nS: 5, nowhere: 1}\n");
+        let by = format!("p.mod, spindle_from: {{signal: {signal}, rpm_per_unit: {per_unit}}}");
+        job.replace("    spindle_rpm: 3000\n    feed_mm_per_min: 600\n", "").replace("p.mod", &by)
+    };
+    for (by, signal, per_unit, value, step) in [
+        ("SetGO goS, nS;", "goS", "100", "nS:=30", 100.0),
+        ("SetAO aoS, 0.3;", "aoS", "10000", "aoS, 0.3", 0.0),
+    ] {
+        bench.add("p.mod", &sets(by));
+        bench.add("job.yaml", &job(signal, per_unit));
+        let ran = bench.run(&[
+            "advise",
+            "job.yaml",
+            "--format",
+            "json",
+            "--write",
+            "new.yaml",
+            "--write-program",
+            "new.mod",
+        ]);
+        assert_eq!(code(&ran), 0, "{}", err(&ran));
+        let advice: Value = serde_json::from_slice(&ran.stdout).unwrap();
+        let rpm = advice["operations"][0]["recommended_rpm"].as_f64().unwrap();
+        assert!(rpm != 3000.0 && (step == 0.0 || rpm % step == 0.0), "{rpm}");
+        let new = value.replace("30", &(rpm / 100.0).to_string());
+        let new = new.replace("0.3", &(rpm / 10_000.0).to_string());
+        assert!(bench.read("new.mod").contains(&new), "{new}: {}", bench.read("new.mod"));
+        let steps =
+            "operation 'contour': what sets the spindle takes whole numbers of 100 rpm each";
+        let shared = "'nS' changes for procedure 'two', too";
+        for said in [steps, shared] {
+            assert_eq!(err(&ran).contains(said), step > 0.0, "{}", err(&ran));
+        }
+        let unused = "assume: 'nowhere' stands in no program that the job runs";
+        assert!(err(&ran).contains(unused) && !err(&ran).contains("assume: 'nS'"), "{}", err(&ran));
+        let ran = bench.run(&["check", "new.yaml", "--format", "json", "--fail-on", "resonance"]);
+        assert_eq!(code(&ran), 0, "{}", err(&ran));
+        let found: Value = serde_json::from_slice(&ran.stdout).unwrap();
+        assert_eq!(found["jobs"][0]["operations"][0]["spindle_rpm"], rpm);
+    }
+}
+
 /// What is wrong with a path is wrong once, however often its program changes speed.
 #[test]
 fn the_errors_of_a_divided_path_are_listed_once() {

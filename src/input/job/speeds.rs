@@ -9,14 +9,16 @@ use crate::formats::yaml::{Node, Step};
 use crate::job::{Spindle, SpindleSpeed};
 use crate::motion::Move;
 use crate::notes::{Code, Note, Place};
+use crate::program::Dialect;
 use crate::units::mm_per_min_from_m_per_s;
 use crate::wording::plain;
 
 /// Speeds beyond these are slips of the pen, rev/min.
 const RPM: std::ops::RangeInclusive<f64> = 1e-3..=1e7;
 
-/// Numbers in job and program that differ by less than this share are the same.
-const SAME: f64 = 1e-9;
+/// Numbers in job and program that differ by less than this share are the same: one may be mm/min
+/// and the other mm/s with few digits.
+const SAME: f64 = 1e-5;
 
 /// What a job says of an operation.
 pub(super) struct Said<'a> {
@@ -112,9 +114,16 @@ impl Reader<'_> {
         let silent = stretches.iter().find(|stretch| stretch.rpm.is_none() && !stretch.stands);
         let Some(stretch) = silent.filter(|_| said.speed.is_none()) else { return };
         let line = moves.get(stretch.moves.start).map_or(1, |first| first.line);
+        let by_output = match program.dialect {
+            Dialect::Rapid | Dialect::Krl | Dialect::Fanuc => {
+                "; where an output or a routine of the program sets it, path.program.spindle_from \
+                 says which"
+            }
+            _ => "",
+        };
         let what = format!(
             "{}: missing key 'spindle_rpm' (or 'spindle_schedule'): {}:{line} runs at a speed that \
-             the program does not state",
+             the program does not state{by_output}",
             said.called,
             program.file.display()
         );

@@ -1,7 +1,7 @@
 //! `PR[1]=P[2]+PR[3]`, `PR[1,3]=R[4]+5`, `PR[5]=LPOS`: what position registers are set to.
 
 use super::motion::{elements, group_of};
-use super::position::{Held, JOINTS};
+use super::position::{Held, JOINTS, element_of};
 use super::registers::{OF_A_GROUP, bare, brackets, split_outside, starts_with};
 use super::run::Run;
 use super::text::Group;
@@ -70,7 +70,9 @@ impl Run<'_> {
         if let Some((number, rest)) = self.registers.numbered(text, "PR")? {
             let name = format!("PR[{number}]");
             let hint = format!(
-                "; assume: {{\"{name}\": 0}} in the job says that it is 0 until the program sets it"
+                "; assume: {{\"{name}\": 0}} in the job says that it is 0 until the program sets \
+                 it, and {{\"{}\": …}} gives an element",
+                element_of(&name, 1)
             );
             let held = self.registers.position(number).named(&name, &hint);
             return Ok((name, held, rest));

@@ -72,7 +72,7 @@ impl Run<'_> {
             all.iter().map(|statement| statement.text.trim()).any(|text| {
                 let mut labels = text.split("LBL[").skip(1).filter(|_| !text.starts_with("LBL["));
                 labels.any(|rest| {
-                    rest.starts_with("R[")
+                    rest.starts_with(['R', 'A', 'G'])
                         || register(&format!("LBL[{rest}"), "LBL")
                             .is_some_and(|(own, _)| own == label)
                 })

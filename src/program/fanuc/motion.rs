@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::position::{Held, JOINTS, POSE, axes};
+use super::position::{Held, JOINTS, POSE, axes, element_of};
 use super::registers::{outside, split_outside, starts_with};
 use super::run::Run;
 use super::text::{Group, Statement};
@@ -368,6 +368,7 @@ impl Run<'_> {
         }
         let at = number.as_ptr() as usize - statement.text.as_ptr() as usize;
         let span = number.parse::<f64>().ok().and_then(|_| statement.span(at, at + number.len()));
+        let span = span.or_else(|| self.registers.place(number));
         let feed = match unit {
             // A speed by name is in mm/sec.
             "mm/sec" | "" => m_per_s_from_mm_per_s(value),
@@ -526,7 +527,9 @@ impl Run<'_> {
             }
             format!(
                 "{shown} shifts the target by what is known only at run time; assume: \
-                 {{\"{name}\": 0}} in the job says that it is 0 until the program sets it"
+                 {{\"{name}\": 0}} in the job says that it is 0 until the program sets it, and \
+                 {{\"{}\": …}} gives an element",
+                element_of(&name, 3)
             )
         })?;
         // Joints do not shift a pose.

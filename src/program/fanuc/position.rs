@@ -112,12 +112,21 @@ impl Held {
         Ok(())
     }
 
-    /// As a place to go to, or a frame: what the job assumes is none.
+    /// The job gives an element of a pose, by its number from 1.
+    pub(super) fn is_given(&mut self, index: i64, value: f64) {
+        self.are_joints = Some(false);
+        // Only a number without an element fails.
+        drop(self.set(index, Ok(value)));
+    }
+
+    /// As a place to go to, or a frame: what the job assumes to be zero is none.
     pub(super) fn target(&self, name: &str) -> Result<Group, String> {
         if self.assumed.contains(&true) {
             return Err(format!(
-                "the program must set all elements of {name}: what the job assumes of position \
-                 registers, 0, counts for offsets only"
+                "assume: {{\"{name}\": 0}} counts for offsets only: for a place the program sets \
+                 all elements, or the job gives them: assume: {{\"{}\": …, …, \"{}\": …}}",
+                element_of(name, 1),
+                element_of(name, 6)
             ));
         }
         self.group(name)
@@ -193,6 +202,11 @@ impl Held {
             _ => format!("{head}: {why}"),
         }
     }
+}
+
+/// `PR[5,1]` of `PR[5]`.
+pub(super) fn element_of(name: &str, index: i64) -> String {
+    format!("{},{index}]", name.trim_end_matches(']'))
 }
 
 /// The external axes that a position places.

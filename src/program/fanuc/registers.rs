@@ -3,7 +3,8 @@
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
-use super::position::Held;
+use super::position::{Held, POSE};
+use crate::program::span::Span;
 use crate::program::{Assumed, Settings};
 
 /// Why `PR[GP1:1,7]` is not read.
@@ -14,6 +15,8 @@ pub(super) const OF_A_GROUP: &str = "PR[GP…]: elements of a group are not supp
 pub(super) struct Registers<'a> {
     settings: &'a Settings,
     numbers: HashMap<i64, f64>,
+    /// Where the number stands that a register was set to, if it was set to one.
+    places: HashMap<i64, Span>,
     /// PR[n] that the program has set, as a whole or in part; shared with what was known at labels.
     positions: HashMap<i64, Rc<Held>>,
     /// What the program has set of flags, markers and outputs, by name: `F[1]`.
@@ -98,6 +101,7 @@ impl<'a> Registers<'a> {
         Self {
             settings,
             numbers: HashMap::new(),
+            places: HashMap::new(),
             positions: HashMap::new(),
             signals: HashMap::new(),
             forgotten: HashSet::new(),
@@ -113,7 +117,22 @@ impl<'a> Registers<'a> {
         }
     }
 
+    /// Where the number stands that a text gives as a register that holds it: `R[2:speed]`.
+    pub(super) fn place(&self, text: &str) -> Option<Span> {
+        let (number, rest) = self.numbered(text.trim(), "R").ok()??;
+        rest.trim().is_empty().then(|| self.places.get(&number).copied())?
+    }
+
+    /// R[n] is set to a number that stands in the text.
+    pub(super) fn set_from(&mut self, number: i64, value: Result<f64, String>, at: Option<Span>) {
+        self.set(number, value);
+        if let Some(at) = at {
+            self.places.insert(number, at);
+        }
+    }
+
     pub(super) fn set(&mut self, number: i64, value: Result<f64, String>) {
+        self.places.remove(&number);
         match value {
             Ok(value) => drop(self.numbers.insert(number, value)),
             Err(_) => {
@@ -188,9 +207,21 @@ impl<'a> Registers<'a> {
     pub(super) fn position(&self, number: i64) -> Held {
         match self.positions.get(&number) {
             Some(held) => Held::clone(held),
-            None if self.is_assumed_zero(number) => Held::assumed_zero(),
-            None => Held::unset(),
+            None => self.assumed_position(number),
         }
+    }
+
+    /// What the job says of PR[n], which the program has not set: its elements, `PR[n,3]`, or that
+    /// all others are zero.
+    fn assumed_position(&self, number: i64) -> Held {
+        let mut held =
+            if self.is_assumed_zero(number) { Held::assumed_zero() } else { Held::unset() };
+        for index in 1..=POSE.len() as i64 {
+            if let Some(Assumed::Number(value)) = self.assumed(&format!("PR[{number},{index}]")) {
+                held.is_given(index, value);
+            }
+        }
+        held
     }
 
     /// Whether the job assumes that PR[n] is zero.

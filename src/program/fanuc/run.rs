@@ -285,7 +285,9 @@ impl<'a> Run<'a> {
     /// Keeps what an output or a flag is set to; whether the job says that it sets something.
     pub(super) fn set_signal(&mut self, text: &str, statement: &Statement) -> bool {
         let Some((name, value)) = assignment(text) else { return false };
-        let given = self.given(value, statement);
+        let mut given = self.given(value, statement);
+        let in_counts = starts_with(name, "AO[") && !value.contains('.');
+        given.whole = starts_with(name, "GO[") || in_counts;
         let sets = set_by_name(self.settings, self.log, statement.line, &signal_key(name), given);
         if is_signal(name) {
             if !sets {
@@ -383,7 +385,7 @@ impl<'a> Run<'a> {
         if !set_by_name(self.settings, self.log, line, &name, given.clone()) {
             self.doubt_register(line, number, text);
         }
-        self.registers.set(number, given.0);
+        self.registers.set_from(number, given.value, given.span);
         Ok(())
     }
 
@@ -392,7 +394,8 @@ impl<'a> Run<'a> {
         let own = part.trim();
         let at = own.as_ptr() as usize - statement.text.as_ptr() as usize;
         let span = own.parse::<f64>().ok().and_then(|_| statement.span(at, at + own.len()));
-        (self.registers.value(part), span)
+        let span = span.or_else(|| self.registers.place(own));
+        Given::any(self.registers.value(part), span)
     }
 
     /// `DO[1]=PULSE,0.5sec` sets an output as `PULSE DO[1]` does: at its end it is what it was, or
@@ -482,7 +485,7 @@ impl<'a> Run<'a> {
             }
             None => return false,
         };
-        let given = (Err(why.to_owned()), None);
+        let given = Given::any(Err(why.to_owned()), None);
         match (set_by_name(self.settings, self.log, line, &key, given), number) {
             (true, _) => {}
             (false, Some(number)) => self.doubt_register(line, number, text),

@@ -479,13 +479,35 @@ impl<'t> Lexer<'t> {
             || (matches!(self.byte(), Some(b'-' | b'+')) && self.sign_of_expression())
             || self.byte().is_some_and(|b| b.is_ascii_alphabetic()) && self.starts_function()
         {
-            let value = self.expression(Reader::primary)?;
+            let value = match self.expression(Reader::primary) {
+                // The number of a tool's length, which the controller may keep in a parameter.
+                Err(_) if letter == b'H' => {
+                    self.skip_primary();
+                    f64::NAN
+                }
+                value => value?,
+            };
             return add(
                 block,
                 Word { letter, value, span: None, counts: Counts::AsModal, has_point: false },
             );
         }
         self.scattered(letter, block)
+    }
+
+    /// Past `#5`, `#[…]` or `[…]`.
+    fn skip_primary(&mut self) {
+        let mut depth = 0_usize;
+        while let Some(byte) = self.byte() {
+            match byte {
+                b'[' => depth += 1,
+                b']' => depth = depth.saturating_sub(1),
+                b'#' | b'0'..=b'9' => {}
+                _ if depth == 0 => return,
+                _ => {}
+            }
+            self.at += 1;
+        }
     }
 
     fn exponent(&self, start: usize) -> String {

@@ -154,7 +154,7 @@ impl Machine<'_> {
 
     /// A speed that is a word of the call, at which no new number can be written.
     fn turns_by_call(&mut self, line: usize, rpm: f64) {
-        self.cutter.log.states(line, None, States::Spindle { value: rpm, rpm_per_unit: 1.0 });
+        self.cutter.log.states(line, None, States::speed(rpm));
         self.cutter.log.spindle(line, Spindle::at(Some(rpm)));
     }
 

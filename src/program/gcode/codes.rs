@@ -243,6 +243,15 @@ fn modal(
         130 if block.has_any(b"IJK") => {
             return Err("G13 with words of a pocket is not supported".to_owned());
         }
+        600 if has_axes
+            && !machine.is_sinumerik
+            && machine.motion != Motion::Rapid
+            && block.codes('G').all(|other| other != 0) =>
+        {
+            return Err("G60 with axes at feed: on Fanuc it goes there at rapid from one side, \
+                        elsewhere it stops at the end; write G0 or G9"
+                .to_owned());
+        }
         400 | 430 | 440 | 490 | 500 | 610 | 611 | 640 | 130 | 970 | 6010 | 6020 | 6410 | 6420
         | 90 | 600 | 4500 | 4510 => {}
         // GRBL and LinuxCNC: the axes are those of a tool's length.
@@ -252,6 +261,7 @@ fn modal(
         51 | 80 | 620 | 1030 | 1870 if !has_axes => {}
         50 if !has_axes && block.word(b'P').is_some() => {}
         434 if machine.rotary.is_named() => {}
+        434 => return Err("G43.4 turns the tool: rotary_axes in the job must say how".to_owned()),
         530 => once.machine = Some("G53"),
         1530 => once.machine = Some("G153"),
         541 | 1540 => {
@@ -313,17 +323,24 @@ fn spindle_and_tool(
     if let Some(tool) = block.get('T') {
         machine.select_tool(tool)?;
     }
-    if let Some(length) = machine.length_in(block) {
-        machine.cutter.length(line, length)?;
+    match machine.length_in(block) {
+        Some(length) if length.is_nan() => {
+            let what = "H is a parameter that the program has not set: the tcp stays the same";
+            machine.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
+        Some(length) => machine.cutter.length(line, length)?,
+        None => {}
     }
-    let (mut starts, mut restarts) = (false, false);
-    let turned = machine.cutter.is_on == Some(true);
+    // Whatever the order in the block.
+    if block.codes('M').any(|code| code == 60) {
+        machine.cutter.change();
+    }
+    let mut starts = false;
     for code in block.codes('M') {
         match code {
             // M13 and M14 turn on the coolant, too.
             30 | 40 | 130 | 140 => {
                 starts = true;
-                restarts = true;
                 if machine.cutter.rpm.is_none() {
                     let what = "M3/M4 without S: the speed is not known yet";
                     machine.cutter.log.warning(Code::LeftOut, line, what);
@@ -334,19 +351,13 @@ fn spindle_and_tool(
             // Behind the block's motion, see `run_checked`.
             50 => {}
             1980 => return Err("M198 calls a program that is not read".to_owned()),
-            60 => {
-                machine.turns_through_change |= turned;
-                machine.change_tool()?;
-            }
+            60 => machine.change_tool()?,
             // The spindle stands at an angle until it is started anew.
             190 => machine.cutter.turn_spindle(line, false),
             0 | 10 | 20 | 300 | 70..=99 | 170 | 480 | 490 | 600 | 970 | 980 | 990 => {}
             _ => starts |= unknown(machine, line, code, speed.is_some()),
         }
     }
-    // Whatever the order in the block; M5 and M19 stop it.
-    let stops = block.codes('M').any(|code| matches!(code, 50 | 190));
-    machine.turns_through_change &= !(restarts || stops);
     if let Some(length) = block.get('D').filter(|_| machine.is_sinumerik) {
         machine.is_without_length = length == 0.0;
     }

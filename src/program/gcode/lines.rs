@@ -6,7 +6,7 @@ use super::block::{Block, CHAMFER_LENGTH, CHAMFERED, Counts, ON_THE_WAY, ROUNDED
 use super::state::Machine;
 use crate::notes::Code;
 use crate::program::Pace;
-use crate::program::arc::{Arc, Centre, Plane};
+use crate::program::arc::{Arc, Centre, Plane, pieces};
 use crate::program::corner::{Corner, Kind};
 
 /// What a block asks for, and the size in mm.
@@ -88,7 +88,20 @@ impl Machine<'_> {
         if self.rotary.moves_work() {
             return Err("an arc while a rotary axis of the work is used".to_owned());
         }
-        self.cutter.arc(line, &arc, pace)
+        self.cutter.arc(line, &arc, pace).map_err(|why| match self.fits_absolute(block, &arc) {
+            true => format!("{why}; as places (G90.1) I, J and K fit: the program must say so"),
+            false => why,
+        })
+    }
+
+    /// Whether an arc would close if I, J and K were the place of its centre.
+    fn fits_absolute(&mut self, block: &Block, arc: &Arc) -> bool {
+        if std::mem::replace(&mut self.centre_absolute, true) {
+            return false;
+        }
+        let centre = self.centre(block, arc.start);
+        self.centre_absolute = false;
+        centre.is_ok_and(|centre| pieces(&Arc { centre, ..*arc }).is_ok())
     }
 
     /// CIP: through a point on the way.

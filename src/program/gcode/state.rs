@@ -100,8 +100,6 @@ pub(super) struct Machine<'a> {
     waits_for_first: bool,
     /// Line of the first cut before it.
     cuts_before_change: Option<usize>,
-    /// A change of tool found the spindle turning, and nothing has started it since.
-    pub(super) turns_through_change: bool,
     /// D0: the tool's length does not count.
     pub(super) is_without_length: bool,
     /// A G92 or G10 L20 said where the path starts.
@@ -141,7 +139,6 @@ impl<'a> Machine<'a> {
             waits_for_change,
             waits_for_first: waits_for_change,
             cuts_before_change: None,
-            turns_through_change: false,
             is_without_length: false,
             starts_by_g92: false,
             was_rapid: false,
@@ -219,11 +216,6 @@ impl<'a> Machine<'a> {
 
     /// A move at feed.
     pub(super) fn cuts(&mut self, line: usize) {
-        if std::mem::take(&mut self.turns_through_change) {
-            let what = "cuts with the spindle as it turned before the change of tool: most \
-                        controls stop it there, and nothing starts it again";
-            self.cutter.log.warning(Code::SpindleCommand, line, what);
-        }
         if self.waits_for_first {
             self.cuts_before_change.get_or_insert(line);
         }
@@ -232,12 +224,11 @@ impl<'a> Machine<'a> {
     /// Rotary axes and tool directions of a block.
     pub(super) fn turn(&mut self, block: &Block) -> Result<(), String> {
         let direction = DIRECTION.map(|letter| block.word(letter).map(|word| word.value));
-        if let [Some(i), Some(j), Some(k)] = direction {
-            let axis = Vector3::new(i, j, k).try_normalize(1e-6);
-            let axis = axis.ok_or("A3, B3 and C3 give no direction")?;
+        if direction.iter().any(Option::is_some) {
+            // A component that is not given is zero.
+            let axis = Vector3::from(direction.map(Option::unwrap_or_default));
+            let axis = axis.try_normalize(1e-6).ok_or("A3, B3 and C3 give no direction")?;
             self.cutter.tilt(nalgebra::Unit::new_unchecked(axis));
-        } else if direction.iter().any(Option::is_some) {
-            return Err("a tool direction needs A3, B3 and C3".to_owned());
         }
         if self.rotary.turn(block, self.relative)? {
             self.cutter.tilt(self.rotary.tool_axis());

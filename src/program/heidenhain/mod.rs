@@ -190,10 +190,12 @@ impl<'a, 't> Reader<'a, 't> {
     fn block(&mut self, line: usize, text: &str, block: &Block<'_>) -> Result<(), String> {
         // `X+Q5` and `FQ5` of a Q5 that nothing has set.
         let is_unset = |word: &Word<'_>| {
-            word.name.len() > 1 && (word.name.starts_with('Q') || word.name.ends_with('Q'))
+            word.name.len() > 1
+                && word.name != "SEQ"
+                && (word.name.starts_with('Q') || word.name.ends_with('Q'))
         };
         if block.words.iter().any(is_unset)
-            && !matches!(block.name(0), "CYCL" | "TCH" | "FN" | "BEGIN" | "END")
+            && !matches!(block.name(0), "CALL" | "CYCL" | "TCH" | "FN" | "BEGIN" | "END")
             && !block.name(0).starts_with('Q')
         {
             return Err(
@@ -353,7 +355,12 @@ impl<'a, 't> Reader<'a, 't> {
             return Err(format!("'{}' is not understood", word.name));
         }
         if let Some(number) = block.words.get(2).filter(|word| word.name.is_empty()) {
-            self.cutter.tool(number.value.unwrap_or(0.0))?;
+            let number = number.value.unwrap_or(0.0);
+            // The one in the spindle again: its speed or feed changes.
+            if self.cutter.loaded().is_some_and(|loaded| f64::from(loaded) != number) {
+                self.cutter.change();
+            }
+            self.cutter.tool(number)?;
         }
         if block.get("DL").is_some_and(|by| by != 0.0) {
             let what = "DL changes the tool's length: the job's tcp is used";
@@ -467,8 +474,13 @@ impl<'a, 't> Reader<'a, 't> {
             Some((label, repeats)) => {
                 // `REP 3/3` shows what is left.
                 let count = repeats.split('/').next().unwrap_or("").trim();
-                let count = count.parse::<u32>().map_err(|_| "REP without a number")?;
-                (label.trim(), Some(count))
+                let count = formula::value_of(count, &self.parameters)
+                    .map_err(|why| format!("REP without a number: {why}"))?;
+                if !(0.0..=65534.0).contains(&count) || count.fract() != 0.0 {
+                    return Err(format!("REP is {count}, expected a whole number"));
+                }
+                // Whole and in 0..=65534, checked above.
+                (label.trim(), Some(count as u32))
             }
             None => (rest, None),
         };

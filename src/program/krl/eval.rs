@@ -102,7 +102,10 @@ impl<'a> Run<'a> {
         match key {
             "$nullframe" | "$world" => of_frame(&Isometry3::identity()),
             "$pos_act" | "$pos_ret" | "$pos_int" => self.position(),
-            "$base" | "$act_base" => of_frame(&self.base),
+            "$base" | "$act_base" => match &self.no_base {
+                Some(why) => Value::unknown(why.clone()),
+                None => of_frame(&self.base),
+            },
             "$tool" | "$act_tool" => of_frame(&self.tcp),
             _ if key.starts_with("tool_data[") => self.of_job(key, tool_frame),
             _ if key.starts_with("base_data[") => self.of_job(key, base_frame),
@@ -129,6 +132,7 @@ impl<'a> Run<'a> {
     /// Where the robot is, in the base.
     fn position(&self) -> Value {
         match self.log.last() {
+            _ if self.no_base.is_some() => Value::unknown("the base is not known"),
             Some(last) => of_frame(&(self.base.inverse() * last.with(&self.tcp))),
             None => Value::unknown("the robot's position is known only at run time"),
         }
@@ -193,7 +197,7 @@ impl<'a> Run<'a> {
     }
 
     /// What its declaration says, if a file declares it.
-    fn type_of(&self, key: &str) -> Option<Type> {
+    pub(super) fn type_of(&self, key: &str) -> Option<Type> {
         let name = base(key);
         match self.frames.last().filter(|frame| frame.has(key)) {
             Some(frame) => frame.types.get(name).copied(),

@@ -51,7 +51,7 @@ impl Run<'_> {
             self.choose_tool(line, number)?;
         }
         if let Some(number) = part(&form, "base_no")? {
-            self.base = self.base_frame(number)?;
+            self.chooses_base_number(number);
         }
         Ok(())
     }

@@ -22,7 +22,7 @@ use crate::units::{rad_from_deg, ratio_from_percent};
 type Kept = (
     (Option<f64>, Option<f64>, [Option<f64>; 2]),
     Turns,
-    (Isometry3<f64>, Isometry3<f64>),
+    (Isometry3<f64>, Isometry3<f64>, Option<String>),
     Option<(String, [bool; 2])>,
 );
 
@@ -31,7 +31,17 @@ impl<'a> Run<'a> {
         let value = self.eval(expr);
         let key = self.key(path).unwrap_or_default();
         self.forget_sharing(&key);
-        if self.sets_signal(line, &key, &value) || self.set_numbered(line, path, expr) {
+        // A datum may round what it is set to.
+        let declared = self.type_of(&key).filter(|_| path.fields.is_empty());
+        let is_datum = declared.is_some() && !self.timed.contains(&key);
+        let held = if is_datum { value.clone().held_as(declared) } else { value.clone() };
+        if self.sets_signal(line, &key, &held) {
+            if is_datum && let Err(why) = self.write(path, value) {
+                self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
+            }
+            return;
+        }
+        if self.set_numbered(line, path, expr) {
             return;
         }
         self.doubt_assignment(line, path, expr);
@@ -79,7 +89,7 @@ impl<'a> Run<'a> {
             }
             ("$base", "base_data") => {
                 self.states(BASE);
-                number.and_then(|n| self.base_frame(n)).map(|frame| self.base = frame)
+                number.and_then(|n| self.base_frame(n)).map(|frame| self.chooses_base(frame))
             }
             _ => return false,
         };
@@ -127,7 +137,8 @@ impl<'a> Run<'a> {
             }
             ("$base", None) => {
                 self.states(BASE);
-                self.base = self.own_base(line, value)?;
+                let frame = self.own_base(line, value)?;
+                self.chooses_base(frame);
             }
             ("$tool" | "$base", Some(_)) => {
                 return Err("components of frames are set one by one, which is not read".into());
@@ -259,6 +270,19 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
+    /// BASE_DATA[n]: only what moves in it must know where it is.
+    pub(super) fn chooses_base_number(&mut self, number: f64) {
+        match self.base_frame(number) {
+            Ok(frame) => self.chooses_base(frame),
+            Err(why) => self.no_base = Some(why),
+        }
+    }
+
+    fn chooses_base(&mut self, frame: Isometry3<f64>) {
+        self.base = frame;
+        self.no_base = None;
+    }
+
     pub(super) fn base_frame(&mut self, number: f64) -> Result<Isometry3<f64>, String> {
         match self.datum(&format!("base_data[{number}]")) {
             Value::Parts(parts) if number > 0.0 => frame(&parts),
@@ -303,7 +327,7 @@ impl<'a> Run<'a> {
             }
             "base" => {
                 self.states(BASE);
-                self.base = self.base_frame(number.num()?)?;
+                self.chooses_base_number(number.num()?);
                 Ok(())
             }
             "ptp_params" => {
@@ -386,7 +410,7 @@ impl<'a> Run<'a> {
             self.log.warning(Code::Assumed, line, what);
         }
         let world = self.settings.base_frames.get(&0).or(self.settings.work_object.as_ref());
-        self.base = world.copied().unwrap_or_default();
+        self.chooses_base(world.copied().unwrap_or_default());
         self.turns = Turns::default();
         self.unknown_form = None;
         // Where there is none the robot has its flange until it is told another.
@@ -441,12 +465,12 @@ impl<'a> Run<'a> {
     /// What WITH may set for a motion.
     fn kept(&self) -> Kept {
         let speeds = (self.velocity, self.joint_share, self.turning);
-        (speeds, self.turns, (self.tcp, self.base), self.unknown_form.clone())
+        (speeds, self.turns, (self.tcp, self.base, self.no_base.clone()), self.unknown_form.clone())
     }
 
     fn keep(&mut self, kept: Kept) {
         let speeds;
-        (speeds, self.turns, (self.tcp, self.base), self.unknown_form) = kept;
+        (speeds, self.turns, (self.tcp, self.base, self.no_base), self.unknown_form) = kept;
         (self.velocity, self.joint_share, self.turning) = speeds;
     }
 

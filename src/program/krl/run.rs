@@ -89,6 +89,8 @@ pub(super) struct Run<'a> {
     budget: usize,
     pub(super) tcp: Isometry3<f64>,
     pub(super) base: Isometry3<f64>,
+    /// Why the base that the program has chosen is not known.
+    pub(super) no_base: Option<String>,
     /// $VEL.CP, m/s.
     pub(super) velocity: Option<f64>,
     /// $VEL.ORI1 and $VEL.ORI2, rad/s.
@@ -140,6 +142,7 @@ impl<'a> Run<'a> {
             budget: file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             tcp: settings.tcp.unwrap_or_default(),
             base: settings.work_object.unwrap_or_default(),
+            no_base: None,
             velocity: None,
             turning: [None; 2],
             joint_share: None,
@@ -606,7 +609,11 @@ impl<'a> Run<'a> {
     /// A signal of the cell may be a variable here: `$ANOUT[1] = 0.5`.
     pub(super) fn sets_signal(&mut self, line: usize, key: &str, value: &Value) -> bool {
         let names = self.names(key);
-        let set = |name: &String| set_by_name(self.settings, self.log, line, name, given(value));
+        let mut given = given(value);
+        // A row of outputs takes whole numbers, an analog one shares of its range.
+        let begins = |list: &str| names.iter().any(|name| name.starts_with(list));
+        given.whole = begins("$out[") || given.whole && !begins("$anout[");
+        let set = |name: &String| set_by_name(self.settings, self.log, line, name, given.clone());
         // Every name counts: of the spindle, and of the tool.
         names.iter().map(set).fold(false, |done, is_set| done | is_set)
     }
@@ -630,9 +637,9 @@ fn leaves(block: &[Statement], own: bool) -> bool {
 }
 
 pub(super) fn given(value: &Value) -> Given {
-    let span = match value {
-        Value::Num(_, span, _) => *span,
-        _ => None,
+    let (span, whole) = match value {
+        Value::Num(_, span, sort) => (*span, *sort != Sort::Real),
+        _ => (None, false),
     };
-    (value.num(), span)
+    Given { value: value.num(), span, whole }
 }

@@ -23,6 +23,9 @@ impl Run<'_> {
         if motion.is_of_tool {
             return self.target_from_tool(parts);
         }
+        if let Some(why) = &self.no_base {
+            return Err(why.clone());
+        }
         let is_relative = motion.is_relative;
         let is_whole = FRAME.iter().all(|name| parts.contains_key(*name));
         let is_away = self.log.is_away();

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::instructions::{ToolAt, is_ignored, motion};
+use super::instructions::{Motion, ToolAt, is_ignored, motion};
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Block, Expr, Name, Optional, Path, Routine, Step, What};
 use super::timed::SETS;
@@ -27,8 +27,10 @@ fn commanded<'a>(key: &str, args: &'a Args) -> Vec<&'a Name> {
     let own = match motion(key) {
         // What it waits for, or watches, it does not command.
         None if reads_signals(key) => &[],
-        Some((_, ToolAt::Index(tool))) => positional.get(tool + 1..).unwrap_or_default(),
-        Some((_, ToolAt::Last)) => &[],
+        Some(Motion { tool: ToolAt::Index(tool), .. }) => {
+            positional.get(tool + 1..).unwrap_or_default()
+        }
+        Some(Motion { tool: ToolAt::Last, .. }) => &[],
         None => positional,
     };
     let outputs = args.optional.iter().filter_map(|(name, value)| match value {

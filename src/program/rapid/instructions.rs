@@ -16,9 +16,18 @@ pub(super) enum ToolAt {
     Last,
 }
 
-/// The way of a motion instruction (name in lower case) and the place of its tool.
-pub(super) fn motion(key: &str) -> Option<(Way, ToolAt)> {
-    let found = match key {
+/// How a motion instruction is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Motion {
+    pub(super) way: Way,
+    pub(super) tool: ToolAt,
+    /// Whether `\V` may stand behind the speed; others take `\T` alone.
+    pub(super) takes_v: bool,
+}
+
+/// A motion instruction by its name in lower case.
+pub(super) fn motion(key: &str) -> Option<Motion> {
+    let (way, tool) = match key {
         "movel" | "moveldo" | "movelao" | "movelgo" | "movelsync" => {
             (Way::Linear, ToolAt::Index(3))
         }
@@ -32,7 +41,8 @@ pub(super) fn motion(key: &str) -> Option<(Way, ToolAt)> {
         "triggc" => (Way::Circular, ToolAt::Last),
         _ => return None,
     };
-    Some(found)
+    let takes_v = matches!(key, "movel" | "movej" | "movec" | "moveabsj");
+    Some(Motion { way, tool, takes_v })
 }
 
 /// Instructions that shift later targets: to leave one out would be to misplace motion.

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::syntax::File;
 use super::timed::Timed;
 use super::value::Value;
+use super::walk;
 use crate::motion::Load;
 use crate::program::Settings;
 use crate::program::cell::{Comments, External};
@@ -76,6 +77,9 @@ pub(super) struct Interpreter<'a> {
     pub(super) assigned: HashMap<&'a str, Value>,
     /// Data of the module that traps set, with what the job assumes of them.
     pub(super) trapped: HashMap<&'a str, Value>,
+    /// Whether the job's tcp and work object stand for data that no file declares, and not for
+    /// tool0 and wobj0 beside them.
+    pub(super) of_job_for_others: [bool; 2],
     /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
     pub(super) gripped: Result<Option<Load>, String>,
 }
@@ -109,6 +113,7 @@ impl<'a> Interpreter<'a> {
             analog: Analog::default(),
             assigned: HashMap::new(),
             trapped: HashMap::new(),
+            of_job_for_others: walk::has_undeclared_frames(file),
             gripped: Ok(None),
         }
     }

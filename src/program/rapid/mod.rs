@@ -49,6 +49,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     };
     match entry(&file, settings, log) {
         Ok(routine) => {
+            log.starts_with(&routine.name.key);
             let comments = Comments::of(text, '!', settings);
             let mut interpreter = Interpreter::new(&file, settings, comments, log);
             interpreter.given_on = set_by::given_on(&file, settings);

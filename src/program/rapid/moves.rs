@@ -4,9 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Isometry3;
 
-use super::instructions::{ToolAt, Way};
+use super::instructions::{Motion, ToolAt, Way};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr};
+use super::syntax::{Args, Expr, Path};
 use super::value::{NO_AXIS, Value, from_pose, pose};
 use crate::motion::{Configuration, Target};
 use crate::notes::Code;
@@ -23,10 +23,10 @@ impl<'a> Interpreter<'a> {
     pub(super) fn motion(
         &mut self,
         line: usize,
-        way: Way,
-        tool_at: ToolAt,
+        motion: Motion,
         args: &'a Args,
     ) -> Result<(), String> {
+        let Motion { way, takes_v, .. } = motion;
         let options = self.options(args);
         let option =
             |wanted: &str| options.iter().find(|(name, _)| name == wanted).map(|(_, value)| value);
@@ -34,7 +34,7 @@ impl<'a> Interpreter<'a> {
             args.positional.get(index).ok_or_else(|| format!("{what} is missing"))
         };
         let targets = if way == Way::Circular { 2 } else { 1 };
-        let tool = match tool_at {
+        let tool = match motion.tool {
             ToolAt::Index(index) => at(index, "the tool")?,
             ToolAt::Last => args.positional.last().ok_or("the tool is missing")?,
         };
@@ -46,7 +46,8 @@ impl<'a> Interpreter<'a> {
         if way == Way::AbsoluteJoints {
             let joints = self.joints(&first)?;
             self.log.configure(None);
-            let pace = self.timed_pace(line, speed_arg, option("t"), option("v"), args)?;
+            let pace =
+                self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
             return Ok(());
         }
@@ -64,16 +65,16 @@ impl<'a> Interpreter<'a> {
         let asked = self.monitors[usize::from(way != Way::Joint)];
         let asked = asked.then(|| self.configuration(&last)).flatten();
         self.log.configure(asked);
-        let pace = self.timed_pace(line, speed_arg, option("t"), option("v"), args)?;
+        let pace = self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
         self.log.motion(line, to, tcp, pace);
         Ok(())
     }
 
-    /// The time of `\T`, or the speed.
+    /// The time of `\T`, or the speed, behind which `\V` may stand or not.
     fn timed_pace(
         &mut self,
         line: usize,
-        speed: &'a Expr,
+        speed: (&'a Expr, bool),
         time: Option<&Value>,
         own_speed: Option<&Value>,
         args: &'a Args,
@@ -91,11 +92,17 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// The number in the text that an expression is: itself, or that of a declaration.
+    /// Whether a name is that of a datum of the routine that runs.
+    fn is_own(&self, path: &Path) -> bool {
+        self.frames.last().is_some_and(|frame| frame.contains_key(&path.name.key))
+    }
+
+    /// The number in the text that an expression is: itself, or that of a declaration in the
+    /// module.
     pub(super) fn literal(&self, expr: &'a Expr) -> Option<Span> {
         match expr {
             Expr::Number(_, span) => *span,
-            Expr::Ref(path) if path.steps.is_empty() => {
+            Expr::Ref(path) if path.is_whole() && !self.is_own(path) => {
                 let declared = self.file.data.get(&path.name.key)?.value.as_ref()?;
                 match declared {
                     Expr::Number(_, span) => *span,
@@ -107,7 +114,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// What the text states where an expression gives a speeddata.
-    fn speed_word(&self, expr: &'a Expr, mm_per_s: f64) -> (Option<Span>, States) {
+    fn speed_word(&self, expr: &'a Expr, mm_per_s: f64, takes_v: bool) -> (Option<Span>, States) {
         let first = |list: &Expr| match list {
             Expr::List(items) => match items.first() {
                 Some(Expr::Number(_, span)) => *span,
@@ -117,9 +124,11 @@ impl<'a> Interpreter<'a> {
         };
         let feed = States::Feed { value: mm_per_s };
         match expr {
-            Expr::Ref(path) if path.steps.is_empty() => match self.file.data.get(&path.name.key) {
+            // What the routine was called with, or has worked out.
+            Expr::Ref(path) if self.is_own(path) => (None, feed),
+            Expr::Ref(path) if path.is_whole() => match self.file.data.get(&path.name.key) {
                 Some(declared) => (declared.value.as_ref().and_then(first), feed),
-                None => (path.span, States::NamedFeed { mm_per_s }),
+                None => (path.span, States::NamedFeed { mm_per_s, takes_v }),
             },
             list => (first(list), feed),
         }
@@ -230,7 +239,9 @@ impl<'a> Interpreter<'a> {
         tool: &Value,
     ) -> Result<Isometry3<f64>, String> {
         match (tool, self.settings.tcp) {
-            (Value::Tool0, tcp) => Ok(tcp.unwrap_or_default()),
+            (Value::Tool0, tcp) => {
+                Ok(tcp.filter(|_| !self.of_job_for_others[0]).unwrap_or_default())
+            }
             (Value::Unknown(why), Some(tcp)) => {
                 let code = self.code_of_assumed(expr);
                 self.log.warning(code, line, format!("tool: {why}; the job's tcp is used"));
@@ -265,6 +276,7 @@ impl<'a> Interpreter<'a> {
         args: &Args,
     ) -> Result<Isometry3<f64>, String> {
         match (given.unwrap_or(&Value::Wobj0), self.settings.work_object) {
+            (Value::Wobj0, _) if self.of_job_for_others[1] => Ok(Isometry3::identity()),
             (Value::Wobj0, frame) => {
                 if given.is_some() && frame.is_some() {
                     self.log.warning(
@@ -303,7 +315,7 @@ impl<'a> Interpreter<'a> {
     fn pace(
         &mut self,
         line: usize,
-        expr: &'a Expr,
+        (expr, takes_v): (&'a Expr, bool),
         speed: Option<(&Value, Option<&'a Expr>)>,
     ) -> Result<Pace, String> {
         let data = self.eval(expr);
@@ -343,7 +355,7 @@ impl<'a> Interpreter<'a> {
                 Some((_, own)) => {
                     (own.and_then(|expr| self.literal(expr)), States::Feed { value: stated })
                 }
-                None => self.speed_word(expr, stated),
+                None => self.speed_word(expr, stated, takes_v),
             };
             self.log.states(line, span, states);
             Ok(Pace::Feed(m_per_s_from_mm_per_s(mm_per_s)))

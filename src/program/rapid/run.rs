@@ -10,6 +10,7 @@ use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
 use super::walk::{blocks_in, functions_in, functions_of, names_in};
 use crate::notes::Code;
+use crate::program::cell::Given;
 use crate::program::spindle_names::is_spindles;
 
 /// The instruction that says what the gripper holds.
@@ -98,7 +99,7 @@ impl<'a> Interpreter<'a> {
             What::Assign(path, expr) => {
                 let span = self.literal(expr);
                 let value = self.eval(expr);
-                let sets = self.assigns_setter(line, path, (value.num(), span));
+                let sets = self.assigns_setter(line, path, Given::any(value.num(), span));
                 if !sets {
                     self.doubt_assignment(line, path, Some(expr));
                 }
@@ -457,8 +458,8 @@ impl<'a> Interpreter<'a> {
                 _ => Flow::Next,
             };
         }
-        if let Some((way, tool_at)) = instructions::motion(key) {
-            if let Err(why) = self.motion(line, way, tool_at, args) {
+        if let Some(motion) = instructions::motion(key) {
+            if let Err(why) = self.motion(line, motion, args) {
                 self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
             }
             self.doubt_call(line, name, args);
@@ -492,7 +493,14 @@ impl<'a> Interpreter<'a> {
                 self.log.error(Code::Motion, line, what);
             }
             _ if instructions::sounds_like_motion(key) || self.passes_a_target(args) => {
-                let what = format!("instruction '{}' moves and is not understood", name.shown);
+                let what = match instructions::sounds_like_motion(key) {
+                    true => format!("instruction '{}' moves and is not understood", name.shown),
+                    false => format!(
+                        "'{}' moves to what it is given, and is in no file that is read: \
+                         path.program.files in the job can name its file",
+                        name.shown
+                    ),
+                };
                 self.log.error(Code::Motion, line, what);
                 self.fill_found(name, args);
             }

@@ -68,8 +68,10 @@ impl<'a> Interpreter<'a> {
                 continue;
             }
             let span = self.literal(value);
-            let value = self.eval(value).num();
-            set(self.log, line, sets, value, span, by.per_unit);
+            // A group of outputs takes whole numbers.
+            let whole = name.key == "setgo";
+            let given = Given { value: self.eval(value).num(), span, whole };
+            set(self.log, line, sets, given, by.per_unit);
         }
         done
     }

@@ -1,6 +1,9 @@
 //! Ways through the syntax tree: blocks and statements in blocks, functions in expressions.
 
-use super::syntax::{Args, Block, Expr, Name, Optional, Step, What};
+use std::collections::HashSet;
+
+use super::instructions::{ToolAt, motion};
+use super::syntax::{Args, Block, Expr, File, Name, Optional, Routine, Step, What};
 
 /// The blocks of a statement.
 pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
@@ -26,6 +29,44 @@ pub(super) fn statements_in<'a>(
         open.extend(blocks_in(what).into_iter().flatten().map(|statement| &statement.what));
         Some(what)
     })
+}
+
+/// Whether motion names a tool, and a work object, that no file that is read declares.
+pub(super) fn has_undeclared_frames(file: &File) -> [bool; 2] {
+    let mut found = [false; 2];
+    let routines = file.procedures.values().chain(file.functions.values());
+    let bodies = routines.map(|own| (own_names(own), &own.body));
+    let traps = file.traps.iter().map(|trap| (HashSet::new(), &trap.body));
+    for (own, body) in bodies.chain(traps) {
+        for what in statements_in(std::iter::once(body)) {
+            let What::Call(name, args) = what else { continue };
+            let Some(motion) = motion(&name.key) else { continue };
+            let tool = match motion.tool {
+                ToolAt::Index(index) => args.positional.get(index),
+                ToolAt::Last => args.positional.last(),
+            };
+            let is_elsewhere = |expr: Option<&Expr>, of_language: &str| match expr {
+                Some(Expr::Ref(path)) => {
+                    let key = path.name.key.as_str();
+                    key != of_language && !own.contains(key) && !file.data.contains_key(key)
+                }
+                _ => false,
+            };
+            found[0] |= is_elsewhere(tool, "tool0");
+            found[1] |= is_elsewhere(args.optional_value("wobj"), "wobj0");
+        }
+    }
+    found
+}
+
+/// Parameters and data of a routine.
+fn own_names(routine: &Routine) -> HashSet<&str> {
+    let declared = statements_in(std::iter::once(&routine.body)).filter_map(|what| match what {
+        What::Declare(declaration) => Some(&declaration.name),
+        _ => None,
+    });
+    let given = routine.parameters.iter().map(|parameter| &parameter.name);
+    declared.chain(given).map(|name| name.key.as_str()).collect()
 }
 
 /// Functions that the expressions of a statement call, with what they are given, its blocks aside.

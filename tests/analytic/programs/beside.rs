@@ -87,7 +87,7 @@ fn errors_beside_the_program_name_file_and_line() {
 fn the_program_alone_is_rewritten() {
     let text = format!("{HEAD}L100\nG1 X5 F600\nM30\n");
     let new = |files: &[(&str, &str)]| {
-        let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, old_rpm: 3000.0 }];
+        let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, job_rpm: None }];
         let to = Rewrite { speeds, keeps_chip_load: true };
         rewrite(text.as_bytes(), Dialect::Sinumerik, &job(files), &to)
     };

@@ -272,6 +272,39 @@ fn a_synchronised_procedure_runs_where_its_move_ends() {
     assert_eq!(doubts(&missing), [(Code::MotionLeftOut, 9)]);
 }
 
+/// The job's frames stand for those that no file declares; tool0 and wobj0 beside them are the
+/// controller's own.
+#[test]
+fn tool0_and_wobj0_beside_frames_that_no_file_declares() {
+    let mut job = settings();
+    job.work_object = Some(nalgebra::Isometry3::translation(1.0, 0.0, 0.0));
+    job.tcp = Some(nalgebra::Isometry3::translation(0.0, 0.0, 0.2));
+    let ends = |body: &str| -> Vec<(f64, f64)> {
+        let program = abb(body, "", &job);
+        let of = |each: &detune::motion::Move| (end(each).1.translation.x, each.tcp.translation.z);
+        program.moves.iter().skip(1).map(of).collect()
+    };
+    let [own, other] =
+        ["MoveL p1,v100,fine,tool0\\WObj:=wobj0;", "MoveL p1,v100,fine,tX\\WObj:=wX;"];
+    let alone = ends(own);
+    let both = ends(&format!("{own}\n{other}\n{own}"));
+    assert_eq!((alone[0].1, both[0].1, both[1].1, both[2].1), (0.2, 0.0, 0.2, 0.0));
+    assert!((alone[0].0 - both[0].0 - 1.0).abs() < 1e-12, "{alone:?} {both:?}");
+    assert!((both[1].0 - both[0].0 - 1.0).abs() < 1e-12, "{both:?}");
+}
+
+/// A base by number that no file gives matters to what moves in it alone.
+#[test]
+fn a_base_of_krl_that_is_replaced_before_anything_moves() {
+    let base = "BAS(#BASE,1)\n$TOOL={X 0,Y 0,Z 0,A 0,B 0,C 0}\n$BASE={X 100,Y 0,Z 0,A 0,B 0,C 0}\n";
+    let program = krl(&format!("{base}LIN {{X 10,Y 0,Z 500,A 0,B 0,C 180}}"));
+    assert_eq!(along(&program, 0), [(110.0, 100.0)]);
+    krl_refused("BAS(#BASE,1)\nLIN {X 10,Y 0,Z 500,A 0,B 0,C 180}", "BASE_DATA[1] is in no file");
+    let with = "BAS(#BASE,1)\nLIN {X 10,Y 0,Z 500,A 0,B 0,C 180} WITH $BASE={X 9,Y 0,Z 0,A 0,B 0,C 0}\n\
+                LIN {X 10,Y 0,Z 500,A 0,B 0,C 180}";
+    krl_refused(with, "BASE_DATA[1] is in no file");
+}
+
 #[test]
 fn copies_and_parts_of_tool0_and_wobj0() {
     let heights = |body: &str| -> Vec<f64> {

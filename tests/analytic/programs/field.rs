@@ -164,6 +164,11 @@ fn offsets_lengths_and_calls_of_g_code() {
     refused(&format!("{start}#5221=100\n"), Dialect::GCode, "sets a work offset");
     refused(&format!("{start}G13 I10\n"), Dialect::GCode, "G13 with words of a pocket");
     refused(&format!("{start}M198 P50\n"), Dialect::GCode, "M198");
+    refused(&format!("{start}G60 X20\n"), Dialect::GCode, "G60 with axes at feed");
+    for harmless in ["G60", "G60 G0 X20", "G0 X20\nG60 X30"] {
+        let program = of(&format!("{start}{harmless}\n"), Dialect::GCode);
+        assert!(codes(&program).iter().all(|code| *code == Code::Assumed), "{harmless}");
+    }
     for block in ["/S1400", "/GOTO 5\nN5 X30", "/M30"] {
         let program = of(&format!("{start}{block}\n"), Dialect::GCode);
         assert!(codes(&program).contains(&Code::MotionLeftOut), "{block}");
@@ -183,10 +188,68 @@ fn tools_by_name_stay_the_first_with_a_doubt() {
     assert_eq!(changed, [Code::LeftOut, Code::ChangeIgnored]);
 }
 
+/// A spindle that turns through a change of tool, which most controls stop; told where it cuts.
+#[test]
+fn a_spindle_that_nothing_starts_behind_a_change_of_tool_is_told() {
+    let gcode = |change: &str| {
+        format!("G21 G90 G94 G0 X0 Y0 Z0\nT1 M6\nS900 M3\nG1 X10 F100\n{change}X20\nM30\n")
+    };
+    for (change, told) in [
+        ("T2 M6\n", true),
+        ("T2 M6 M3\n", false),
+        ("T2 M3 M6\n", false),
+        ("T2 M6\nM13\n", false),
+        ("T2 M6\nM5\nM3\n", false),
+        ("T2 M6\nG2 X30 I10 J0\nG1 ", true),
+        ("T2 M6\nG81 X5 Z-5 R2 F90\nG80\nG1 ", true),
+        ("T2 M6\nG0 ", false),
+    ] {
+        let program = of(&gcode(change), Dialect::GCode);
+        assert_eq!(codes(&program).contains(&Code::SpindleCommand), told, "{change}");
+    }
+    for (call, told) in [
+        ("TOOL CALL 2 Z S900\nL X+5 F500", true),
+        ("TOOL CALL 2 Z S900\nL X+5 F500 M3", false),
+        ("TOOL CALL 1 Z S900\nL X+5 F500", false),
+        ("TOOL CALL S900\nL X+5 F500", false),
+        ("TOOL CALL 2 Z S900\nL X+5 FMAX", false),
+    ] {
+        let program = of(&heidenhain(&format!("L Z+5 F500\n{call}")), Dialect::Heidenhain);
+        assert_eq!(codes(&program).contains(&Code::SpindleCommand), told, "{call}");
+    }
+}
+
 fn heidenhain(body: &str) -> String {
     format!(
         "BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F350\nL X+0 Y+0 Z+50 R0 FMAX M3\n{body}\nEND PGM A MM\n"
     )
+}
+
+/// SEQ+ of a PLANE that turns nothing is no Q parameter, and REP may be one that the program sets.
+#[test]
+fn words_of_heidenhain_that_hold_a_q() {
+    let plane = heidenhain("PLANE SPATIAL SPA+0 SPB+0 SPC+0 TURN FMAX SEQ+\nL X+50 F200");
+    assert_eq!(of(&plane, Dialect::Heidenhain).moves.len(), 2);
+    for times in ["REP Q3/Q3", "REP Q3", "REP 2/2"] {
+        let text = format!("Q3 = 2\nLBL 1\nL IX+5 F200\nCALL LBL 1 {times}");
+        assert_eq!(of(&heidenhain(&text), Dialect::Heidenhain).moves.len(), 4, "{times}");
+    }
+    let unset = heidenhain("LBL 1\nL IX+5 F200\nCALL LBL 1 REP Q3");
+    refused(&unset, Dialect::Heidenhain, "REP without a number: Q3 is read");
+}
+
+/// The length's number may stand in a parameter that the controller keeps; the way is the same.
+#[test]
+fn a_length_by_a_parameter_that_is_not_set() {
+    let of = |length: &str| {
+        let text = format!("G21 G90 G94 G0 X0 Y0 Z50\nG43 H{length} Z5\nG1 X10 F100\n");
+        let program = of(&text, Dialect::GCode);
+        (program.moves.len(), codes(&program))
+    };
+    for length in ["#518", "[#518+1]", "#4120"] {
+        assert_eq!(of(length), (3, vec![Code::ChangeIgnored]), "{length}");
+    }
+    assert_eq!(of("18"), (3, vec![]));
 }
 
 #[test]

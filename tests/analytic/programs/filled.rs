@@ -208,7 +208,7 @@ fn a_spindle_that_turns_the_other_way_has_its_speed() {
     let found = read(text.as_bytes(), Dialect::Rapid, &job).unwrap();
     assert_eq!(found.moves[1].stated.spindle, Some(Spindle::Turns(Some(6000.0))));
     // The sign is not the number's: it is not written anew.
-    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 900.0, old_rpm: 6000.0 }];
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 900.0, job_rpm: None }];
     let to = Rewrite { speeds, keeps_chip_load: false };
     let why = rewrite(text.as_bytes(), Dialect::Rapid, &job, &to).unwrap_err();
     assert!(why.what.contains("not rewritten"), "{why:?}");

@@ -100,7 +100,7 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
 
 #[test]
 fn speeds_and_feeds_are_rewritten() {
-    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 10_000.0, old_rpm: 8000.0 }];
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 10_000.0, job_rpm: None }];
     let to = Rewrite { speeds, keeps_chip_load: true };
     let found = rewrite(POCKET.as_bytes(), Dialect::Heidenhain, &settings(), &to).unwrap();
     let expected =

@@ -30,3 +30,4 @@ mod tp;
 mod turned;
 mod unsaid;
 mod whole;
+mod written;

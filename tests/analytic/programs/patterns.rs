@@ -272,14 +272,14 @@ fn programs_with_patterns_are_rewritten() {
         "{HEAD}MCALL CYCLE81(20,0,2,-8)\nHOLES2(30,20,10,0,0,4)\nMCALL\nG111 X5\n\
          G1 AP=90 RP=4 F600\nCT X0 Y20\nCIP X9 Y9 I1=9 J1=30\nG1 ANG=0 X20\nM30\n"
     );
-    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, old_rpm: 3000.0 }];
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, job_rpm: None }];
     let to = Rewrite { speeds, keeps_chip_load: true };
     let found = rewrite(text.as_bytes(), Dialect::Sinumerik, &settings(), &to).unwrap();
     let expected = text.replace("S3000", "S6000").replace("F120", "F240").replace("F600", "F1200");
     assert_eq!(String::from_utf8(found.bytes).unwrap(), expected);
     // Of a tap, whose speed is an argument, nothing is.
     let tap = format!("{HEAD}CYCLE84(20,0,2,-8,,0,3,,1,0,200)\nM30\n");
-    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, old_rpm: 3000.0 }];
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, job_rpm: None }];
     let to = Rewrite { speeds, keeps_chip_load: true };
     assert!(rewrite(tap.as_bytes(), Dialect::Sinumerik, &settings(), &to).is_err());
 }
@@ -291,7 +291,7 @@ fn a_feed_of_one_block() {
         program.moves[1..].iter().map(|each| (each.feed_m_per_s * 6e4).round()).collect();
     assert_eq!(feeds, [600.0, 120.0, 300.0]);
     let text = format!("{HEAD}G1 X5 FB=600\nX10\nM30\n");
-    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, old_rpm: 3000.0 }];
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, job_rpm: None }];
     let to = Rewrite { speeds, keeps_chip_load: true };
     let found = rewrite(text.as_bytes(), Dialect::Sinumerik, &settings(), &to).unwrap();
     let expected =

@@ -104,13 +104,15 @@ fn the_job_fills_what_the_program_leaves_to_it_and_no_more() {
     assert_ends(
         &program,
         &[
-            ('L', [1100.0, 200.0, 300.0]),
-            ('L', [1100.0, 200.0, 300.0]),
+            // The controller's own, beside those for which the job's stand.
+            ('L', [100.0, 200.0, 300.0]),
+            ('L', [100.0, 200.0, 300.0]),
             ('L', [1100.0, 200.0, 300.0]),
             ('L', [100.0, 205.0, 300.0]),
         ],
     );
-    for each in &program.moves[..3] {
+    assert_pose(&program.moves[0].tcp, &pose([0.0; 3], [1.0, 0.0, 0.0, 0.0]));
+    for each in &program.moves[1..3] {
         assert_pose(&each.tcp, &tcp);
     }
     assert_pose(&program.moves[3].tcp, &pose([0.0, 0.0, 7.0], [1.0, 0.0, 0.0, 0.0]));
@@ -121,7 +123,6 @@ fn the_job_fills_what_the_program_leaves_to_it_and_no_more() {
         told,
         [
             (5, "tool: 'tElse' is not declared in this file; the job's tcp is used"),
-            (5, "wobj0 is named: the job's work_object is used for it"),
             (6, "work object: 'wElse' is not declared in this file; the job's work_object is used"),
             (6, "speed: 'vElse' is not declared in this file; the job's feed is used"),
             (7, "the program declares its tool: the job's tcp is not used there"),

@@ -235,7 +235,7 @@ fn tp_that_is_not_understood_is_refused_with_its_line() {
 }
 
 fn rewritten(text: &str, dialect: Dialect, job: &Settings) -> Result<String, String> {
-    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 11_250.0, old_rpm: 9000.0 }];
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 11_250.0, job_rpm: None }];
     let to = Rewrite { speeds, keeps_chip_load: true };
     let found = rewrite(text.as_bytes(), dialect, job, &to);
     found.map(|out| String::from_utf8(out.bytes).unwrap()).map_err(|note| note.what)
@@ -254,14 +254,18 @@ fn robot_programs_are_rewritten_where_they_state_speeds() {
         .replace("4sec", "3.2sec");
     assert_eq!(rewritten(&text, Dialect::Fanuc, &tp_settings()).unwrap(), expected);
 
-    // An output, a hundred to the unit; set under a condition of the run, its speed is not known.
+    // An output, 90 to the count, which is whole; set under a condition of the run, its speed is not
+    // known.
     let mut job = tp_settings();
     let what = Setter::Signal("AO[1]".to_owned());
-    job.spindle_from = Some(SetBy { what, per_unit: 100.0 });
-    let [of_output, expected] = [(text, "AO[1]=90 "), (expected, "AO[1]=112.5 ")]
+    job.spindle_from = Some(SetBy { what: what.clone(), per_unit: 90.0 });
+    let [of_output, expected] = [(text, "AO[1]=100 "), (expected, "AO[1]=125 ")]
         .map(|(text, set)| text.replace("!SPINDLE 9000 ", set).replace("!SPINDLE 11250 ", set));
     assert_eq!(rewritten(&of_output, Dialect::Fanuc, &job).unwrap(), expected);
-    let decided = of_output.replace("AO[1]=90", "IF DI[1]=ON,AO[1]=90");
+    let by_100 = Settings { spindle_from: Some(SetBy { what, per_unit: 100.0 }), ..job.clone() };
+    let refused = rewritten(&of_output, Dialect::Fanuc, &by_100).unwrap_err();
+    assert!(refused.contains("11300 rpm, not 11250"), "{refused}");
+    let decided = of_output.replace("AO[1]=100", "IF DI[1]=ON,AO[1]=100");
     let found = read(decided.as_bytes(), Dialect::Fanuc, &job).unwrap();
     assert_eq!(found.spindle[0].spindle, Spindle::Turns(None));
     assert!(found.warnings.iter().any(|note| note.what.contains("only at run time")));

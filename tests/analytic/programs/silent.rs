@@ -77,7 +77,7 @@ fn units_and_speeds_in_the_forms_of_cam_systems() {
 fn what_is_rewritten_is_what_was_read() {
     let rewritten = |text: &str, dialect| {
         let to = Rewrite {
-            speeds: vec![NewSpeed { end: usize::MAX, rpm: 984.0, old_rpm: 780.0 }],
+            speeds: vec![NewSpeed { end: usize::MAX, rpm: 984.0, job_rpm: None }],
             keeps_chip_load: false,
         };
         let found = rewrite(text.as_bytes(), dialect, &settings(), &to).unwrap();

@@ -86,7 +86,7 @@ fn corners_between_lines() {
 #[test]
 fn the_feed_of_a_corner_is_rewritten() {
     let text = format!("{HEAD}L X+40\nRND R5 F100\nL Y+30\nEND PGM A MM\n");
-    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, old_rpm: 3000.0 }];
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, job_rpm: None }];
     let to = Rewrite { speeds, keeps_chip_load: true };
     let found = rewrite(text.as_bytes(), Dialect::Heidenhain, &settings(), &to).unwrap();
     let expected = text.replace("S3000 F400", "S6000 F800").replace("F100", "F200");

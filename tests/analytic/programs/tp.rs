@@ -250,14 +250,14 @@ fn six_elements_make_a_position() {
 #[test]
 fn a_target_is_not_what_is_assumed() {
     let job = assuming("pr[1]", 0.0);
-    let said = ["counts for offsets only", "must set all elements of PR[1]"];
+    let said = ["counts for offsets only", "the job gives them: assume: {\"PR[1,1]\""];
     assert_refused(with("L PR[1] 9mm/sec FINE ;\n", &job), 6, &said);
     let one = "PR[1,1]=PR[1,1]+100 ;\n";
     assert_refused(with(&format!("{one}L PR[1] 9mm/sec FINE ;\n"), &job), 7, &said);
     assert_refused(
         with(&format!("{one}PR[2]=PR[1] ;\nL PR[2] 9mm/sec FINE ;\n"), &job),
         8,
-        &["elements of PR[2]"],
+        &["assume: {\"PR[2,1]\""],
     );
     let offset = with(&format!("{one}L P[1] 9mm/sec FINE Offset,PR[1] ;\n"), &job);
     assert_goes(&offset, &[[100.0, 0.0, 0.0]]);
@@ -269,6 +269,32 @@ fn a_target_is_not_what_is_assumed() {
     assert_refused(frame, 7, &["UFRAME[1] is set to PR[1]", said[0]]);
     let all = elements(&[1.0, 2.0, 3.0, 180.0, 0.0, 0.0]);
     assert_goes(&with(&format!("{all}L PR[1] 9mm/sec FINE ;\n"), &job), &[[1.0, 2.0, 3.0]]);
+}
+
+/// Elements that the job gives, mm; the others are zero by its word.
+#[test]
+fn the_job_gives_elements_of_a_register() {
+    let mut job = assuming("pr[14]", 0.0);
+    job.assume.insert("pr[14,3]".to_owned(), Assumed::Number(70.0));
+    job.assume.insert("pr[14,2]".to_owned(), Assumed::Number(-30.0));
+    let shift = "L P[2] 100mm/sec FINE Offset,PR[14:offset] ;\n";
+    assert_goes(&with(shift, &job), &[[100.0, -30.0, 70.0]]);
+    job.assume.remove("pr[14]");
+    assert_refused(with(shift, &job), 6, &["assume: {\"PR[14]\": 0}", "{\"PR[14,3]\": …}"]);
+    // All six make a place.
+    for (index, value) in (1..).zip([100.0, 0.0, 0.0, 180.0, 0.0, 0.0]) {
+        job.assume.insert(format!("pr[5,{index}]"), Assumed::Number(value));
+    }
+    assert_goes(&with("L PR[5] 100mm/sec FINE ;\n", &job), &[[100.0, 0.0, 0.0]]);
+}
+
+/// A label by an argument may be any: what stands behind such a jump may be gone to.
+#[test]
+fn a_jump_to_a_label_by_an_argument() {
+    let statements = "JMP LBL[AR[1]] ;\nLBL[1] ;\nL P[2] 100mm/sec FINE ;\n";
+    let found = with(statements, &assuming("ar[1]", 1.0));
+    assert_goes(&found, &[[100.0, 0.0, 0.0]]);
+    assert_eq!(told(&found, Code::MotionLeftOut), NONE);
 }
 
 #[test]

@@ -124,7 +124,7 @@ fn a_spindle_that_turned_before_the_change_of_tool_is_a_doubt() {
 #[test]
 fn turned_programs_are_rewritten() {
     let text = format!("{HEAD}G68 X0 Y0 R30\nG1 X20 F600\nG69\nG16\nX10 Y30\nG15\nM30\n");
-    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, old_rpm: 3000.0 }];
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, job_rpm: None }];
     let to = Rewrite { speeds, keeps_chip_load: true };
     let found = rewrite(text.as_bytes(), Dialect::GCode, &settings(), &to).unwrap();
     let expected = text.replace("S3000", "S6000").replace("F100", "F200").replace("F600", "F1200");
