@@ -74,16 +74,21 @@ pub(super) fn settle(problem: &SpeedProblem, gap: Speeds, wished_rpm: f64) -> Op
         }
     };
     let wide = inside(GUARD_RPM);
-    let can_be_set =
-        |rpm: f64| problem.step_rpm.is_none_or(|step| (rpm / step).round() * step == rpm);
+    /// Of what a step and its multiples are off by.
+    const ROUNDING: f64 = 1e-12;
+    let can_be_set = |rpm: f64| {
+        let off = |step: f64| ((rpm / step).round() * step - rpm).abs();
+        problem.step_rpm.is_none_or(|step| off(step) <= ROUNDING * rpm)
+    };
     if wide.contains(wished_rpm) && can_be_set(wished_rpm) {
         return Some(wished_rpm);
     }
-    let one_step = problem.step_rpm.map(|step| [1.0 / step]);
-    let steps = one_step.as_ref().map_or(&STEPS_PER_RPM[..], |own| &own[..]);
-    steps.iter().find_map(|&steps| {
-        let Speeds { low_rpm, high_rpm } =
-            if steps == STEPS_PER_RPM[2] { inside(MIN_GUARD_RPM) } else { wide };
+    let narrow = inside(MIN_GUARD_RPM);
+    let [whole, tenths, hundredths] = STEPS_PER_RPM;
+    let any = [(whole, wide), (tenths, wide), (hundredths, narrow)];
+    let one_step = problem.step_rpm.map(|step| [(1.0 / step, wide)]);
+    let ways = one_step.as_ref().map_or(&any[..], |own| &own[..]);
+    ways.iter().find_map(|&(steps, Speeds { low_rpm, high_rpm })| {
         let (first, last) = ((low_rpm * steps).ceil() / steps, (high_rpm * steps).floor() / steps);
         let round = (wished_rpm * steps).round() / steps;
         let ends = [low_rpm, high_rpm]

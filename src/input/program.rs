@@ -113,21 +113,27 @@ pub(super) fn program_moves(
     }
 }
 
-/// Those of the names, in lower case, that stand in a text: of `pr[14,3]` PR[14 does.
+/// Those of the names, in lower case, that stand in a text. `pr[14,3]` does where PR[14] stands, and
+/// where another register gives the number.
 fn named_in<'n, 't>(
     names: impl Iterator<Item = &'n String>,
     texts: impl Iterator<Item = &'t [u8]> + Clone,
 ) -> Vec<String> {
     let stands = |name: &&String| {
         let end = name.find([',', ']', '.', '{']).unwrap_or(name.len());
-        let head = name.get(..end).unwrap_or(name).as_bytes();
-        // A register may be named by another that holds its number.
-        let list = head.split(|byte| *byte == b'[').next().unwrap_or(head);
-        let computed = [list, b"[r["].concat();
-        let has = |text: &[u8], part: &[u8]| {
-            text.windows(part.len().max(1)).any(|own| own.eq_ignore_ascii_case(part))
+        let head = name.get(..end).unwrap_or(name);
+        let list = head.split('[').next().unwrap_or(head);
+        let is_part = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+        let has = |text: &[u8], part: &str, is_whole: bool| {
+            let part = part.as_bytes();
+            text.windows(part.len().max(1)).enumerate().any(|(at, own)| {
+                let behind = text.get(at + part.len());
+                own.eq_ignore_ascii_case(part) && !(is_whole && behind.is_some_and(is_part))
+            })
         };
-        texts.clone().any(|text| has(text, head) || head != list && has(text, &computed))
+        texts.clone().any(|text| {
+            has(text, head, true) || head != list && has(text, &format!("{list}[r["), false)
+        })
     };
     names.filter(stands).cloned().collect()
 }

@@ -205,7 +205,7 @@ impl Given {
 
 /// Sets the speed of the spindle or the number of the tool.
 pub(super) fn set(log: &mut Log, line: usize, sets: Sets, given: Given, per_unit: f64) {
-    /// Of what a product of two decimal fractions is off by.
+    /// A product of two decimal fractions is off by less than this share.
     const ROUNDING: f64 = 1e-12;
     log.sets(line);
     let Given { value, span, whole } = given;
@@ -214,7 +214,8 @@ pub(super) fn set(log: &mut Log, line: usize, sets: Sets, given: Given, per_unit
         false => Ok(value),
     });
     let scaled = value.clone().map(|value| {
-        let (rpm, round) = (value * per_unit, (value * per_unit * 1e3).round() / 1e3);
+        let rpm = value * per_unit;
+        let round = (rpm * 1e3).round() / 1e3;
         if (rpm - round).abs() <= ROUNDING * rpm.abs() { round } else { rpm }
     });
     match (sets, scaled) {

@@ -321,9 +321,12 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// The number of the tool in the spindle.
-    pub(super) fn loaded(&self) -> Option<u32> {
-        self.loaded.filter(|_| self.has_number)
+    /// Whether another tool than one of this number is in the spindle, as far as it is known.
+    pub(super) fn has_other_than(&self, number: f64) -> bool {
+        match self.loaded.filter(|_| self.has_number) {
+            Some(loaded) => f64::from(loaded) != number,
+            None => self.named.is_some(),
+        }
     }
 
     pub(super) fn tool(&mut self, number: f64) -> Result<(), String> {

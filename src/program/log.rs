@@ -27,8 +27,6 @@ pub(super) struct Log {
     spindle: Vec<SpindleCommand>,
     /// Lines at which the job's `spindle_from` or `tool_from` has set something.
     set_by: HashSet<usize>,
-    /// The procedure that the program starts with.
-    entry: String,
     words: Vec<Word>,
     /// Where the last motion went, if that is a pose.
     last: Option<Last>,
@@ -98,8 +96,8 @@ pub(super) struct Word {
 /// What a number in the text states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum States {
-    /// Spindle speed; one unit stands for so many rev/min. What it sets may take whole numbers
-    /// alone.
+    /// Spindle speed; one unit stands for so many rev/min; whether what it is given to takes whole
+    /// numbers only.
     Spindle { value: f64, rpm_per_unit: f64, whole: bool },
     /// Feed per time, in some unit.
     Feed { value: f64 },
@@ -131,7 +129,6 @@ impl Log {
             moves: Vec::new(),
             spindle: Vec::new(),
             set_by: HashSet::new(),
-            entry: String::new(),
             words: Vec::new(),
             last: None,
             rapid: None,
@@ -327,14 +324,10 @@ impl Log {
         self.set_by.contains(&line)
     }
 
-    /// The procedure that the program starts with, its name in lower case.
-    pub(super) fn starts_with(&mut self, name: &str) {
-        name.clone_into(&mut self.entry);
-    }
-
-    /// The same; empty where the language has none.
-    pub(super) fn entry(&self) -> &str {
-        &self.entry
+    /// Whether the program sets the spindle before anything moves: the first of all moves goes to
+    /// where the path starts.
+    pub(super) fn starts_under_speed(&self) -> bool {
+        self.spindle.first().is_some_and(|first| first.from_move <= 1)
     }
 
     /// Whether the path has started.
@@ -479,7 +472,7 @@ impl Log {
             let what = format!("{moves} at the assumed {} m/s", self.rapid_m_per_s);
             self.warning(Code::Assumed, first_line, what);
         }
-        let Self { mut moves, spindle, words, entry, feeds, mut notes, kinds, .. } = self;
+        let Self { mut moves, spindle, words, feeds, mut notes, kinds, .. } = self;
         let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
         let stops = spindle.iter().zip(ends).filter(|(at, _)| at.spindle == Spindle::Stands);
         for (stop, end) in stops {
@@ -492,7 +485,7 @@ impl Log {
         if !errors.is_empty() {
             return Err(grouped(errors, &kinds));
         }
-        Ok(Program { moves, spindle, feeds, warnings, words, entry })
+        Ok(Program { moves, spindle, feeds, warnings, words })
     }
 }
 

@@ -169,8 +169,6 @@ pub struct Program {
     pub warnings: Vec<Note>,
     /// Where the text states speeds and feeds.
     words: Vec<log::Word>,
-    /// The procedure that it starts with, its name in lower case, where the language has some.
-    entry: String,
 }
 
 impl Program {
@@ -233,8 +231,8 @@ fn read_up_to(
         Dialect::Fanuc => fanuc::read(&text, settings, &mut log),
         Dialect::Heidenhain => heidenhain::read(&text, settings, &mut log),
     }
-    if matches!(dialect, Dialect::Rapid | Dialect::Krl | Dialect::Fanuc) {
-        unread::setters(&text, dialect, settings, &mut log);
+    if matches!(dialect, Dialect::Krl | Dialect::Fanuc) {
+        unread::setters(&text, dialect, settings, &[], &mut log);
     }
     log.finish(dialect)
 }

@@ -95,7 +95,7 @@ pub fn rewrite(
         speeds: changes.speeds,
         feeds: changes.feeds,
         feeds_per_revolution: changes.feeds_per_revolution,
-        beside: beside(&decoded.text, dialect, &before.entry, changes.texts.keys()),
+        beside: beside(&decoded.text, dialect, &before.words, changes.texts.keys()),
     };
     match plan.mismatch(&before, &reread(&out.bytes)?) {
         None => Ok(out),
@@ -103,52 +103,73 @@ pub fn rewrite(
     }
 }
 
-/// Of numbers that change: data of RAPID that procedures use, too, which nothing here runs; inline
-/// forms of KRL that still show the old one.
+/// Of numbers that change: data that stand at other lines, too; inline forms of KRL that still show
+/// the old one.
 fn beside<'s>(
     text: &str,
     dialect: Dialect,
-    entry: &str,
+    words: &[Word],
     spans: impl Iterator<Item = &'s Span>,
 ) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     for span in spans {
         let Some(before) = text.get(..span.start) else { continue };
-        let line = before.lines().count().max(1);
+        let line = before.matches('\n').count() + 1;
         let head = before.rsplit('\n').next().unwrap_or("");
-        match dialect {
-            Dialect::Rapid => {
-                let Some((name, _)) = head.split_once(":=") else { continue };
-                let is_part = |c: char| c.is_alphanumeric() || c == '_';
-                let name = name.trim_end().rsplit(|c| !is_part(c)).next().unwrap_or("");
-                if let Some((procedure, at)) = unread::used_in_idle(text, entry, name) {
-                    found.push((
-                        line,
-                        format!(
-                            "'{name}' changes for procedure '{procedure}', too, which uses it at \
-                             line {at} and which this operation does not run"
-                        ),
-                    ));
-                }
-            }
-            Dialect::Krl => {
-                let fold = before.rfind(";FOLD").and_then(|at| before.get(at..));
-                let fold = fold.filter(|own| !own.contains(";ENDFOLD"));
-                let title = fold.and_then(|own| own.lines().next()).unwrap_or("");
-                if title.to_lowercase().contains("vel=") {
-                    found.push((
-                        line,
-                        "the inline form around it still shows the old speed, which the pendant \
-                         writes back when the form is changed or the point taught"
-                            .to_owned(),
-                    ));
-                }
-            }
-            _ => {}
+        if let Some(name) = datum_before(head, dialect) {
+            let known = words.iter().filter(|word| word.span == Some(*span));
+            let known: Vec<usize> = known.map(|word| word.line).chain([line]).collect();
+            let at = unread::named_at(text, dialect, &name, &known);
+            found.extend(at.map(|at| {
+                let what = format!(
+                    "'{name}' changes for line {at}, too, where it is no speed that was read"
+                );
+                (line, what)
+            }));
+        }
+        if dialect == Dialect::Krl && is_shown_by_form(before) {
+            let what = "the inline form around it still shows the old speed, which the pendant \
+                        writes back when the form is changed or the point taught";
+            found.push((line, what.to_owned()));
         }
     }
     found.dedup();
     found
+}
+
+/// The name, in lower case, of the datum or the register that what follows is given to.
+fn datum_before(head: &str, dialect: Dialect) -> Option<String> {
+    let (sign, list) = match dialect {
+        Dialect::Rapid => (":=", false),
+        Dialect::Krl => ("=", false),
+        Dialect::Fanuc => ("=", true),
+        _ => return None,
+    };
+    let left = head.split(sign).next().filter(|left| left.len() < head.len())?.trim_end();
+    if list {
+        let register = left.rfind("R[").and_then(|at| left.get(at..))?;
+        let number = register.trim_start_matches("R[").split([':', ']']).next()?;
+        return Some(format!("r[{}]", number.trim()));
+    }
+    let is_part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '$');
+    let name = left.rsplit(|c| !is_part(c)).next().filter(|name| !name.is_empty())?;
+    let before = left.strip_suffix(name)?;
+    // `v10\V:=9` and `$VEL.CP=0.1` are no data.
+    let is_datum = !before.ends_with(['\\', '.']) && !name.starts_with('$');
+    is_datum.then(|| name.to_lowercase())
+}
+
+/// Whether what follows stands in an inline form whose line shows a speed.
+fn is_shown_by_form(before: &str) -> bool {
+    let mut open: Vec<String> = Vec::new();
+    for line in before.lines().map(str::to_lowercase) {
+        if line.trim_start().starts_with(";fold") {
+            open.push(line);
+        } else if line.trim_start().starts_with(";endfold") {
+            open.pop();
+        }
+    }
+    open.iter().any(|title| title.contains("vel="))
 }
 
 /// Why no number of the text is a speed that can be changed.
@@ -156,6 +177,9 @@ fn no_speed(words: &[Word], dialect: Dialect, settings: &Settings) -> String {
     let is_speed = |word: &&Word| matches!(word.states, States::Spindle { .. });
     let why = "it states no spindle speed as a number";
     match words.iter().find(is_speed) {
+        Some(word) if word.span.is_some() => {
+            format!("nothing turns at the speed that line {} states", word.line)
+        }
         Some(word) => format!("the spindle's speed at line {} {ELSEWHERE}", word.line),
         None if settings.spindle_from.is_some() => {
             format!("{why}, and nothing that path.program.spindle_from names sets one")
@@ -189,7 +213,10 @@ fn changes(words: &[Word], plan: &Plan<'_>, text: &str) -> Result<Changes, Strin
             continue;
         }
         let change = plan.at_move(word.from_move);
-        let of_feed = |value: f64| (value, value * change.feed_ratio, COARSE * value);
+        let of_feed = |value: f64| {
+            let new = value * change.feed_ratio;
+            (value, new, COARSE * new)
+        };
         let (value, new, slack) = match word.states {
             States::Spindle { value, rpm_per_unit, whole } => {
                 // What takes whole numbers alone is seen to miss the speed when it is read again.
@@ -209,11 +236,9 @@ fn changes(words: &[Word], plan: &Plan<'_>, text: &str) -> Result<Changes, Strin
             States::Tap => {
                 let Change { turns_ratio, feed_ratio, .. } = change;
                 if (turns_ratio - feed_ratio).abs() > SLACK * turns_ratio {
-                    return Err(
-                        "it taps (G84, G74, cycle 206, CYCLE/TAP), and with this feed the pitch \
-                                would change"
-                            .to_owned(),
-                    );
+                    let what = "it taps (G84, G74, cycle 206, CYCLE/TAP), and with this feed the \
+                                pitch would change";
+                    return Err(what.to_owned());
                 }
                 continue;
             }
@@ -385,20 +410,23 @@ impl<'a> Plan<'a> {
             if let Some(rpm) = is
                 && (rpm - change.rpm).abs() > SLACK_RPM
             {
-                return Some(format!(
-                    "line {line} would run at {} rpm, not {}: its speed takes whole numbers \
-                     alone, {ELSEWHERE}",
-                    plain(rpm),
-                    plain(change.rpm)
-                ));
+                let why = match before.speed_step_rpm() {
+                    Some(step) => format!(
+                        "what sets it takes whole numbers of {} rpm each, or it {ELSEWHERE}",
+                        plain(step)
+                    ),
+                    None => format!("its speed {ELSEWHERE}"),
+                };
+                let [is, to] = [rpm, change.rpm].map(plain);
+                return Some(format!("line {line} would run at {is} rpm, not {to}: {why}"));
             }
             let per_turn = before.feeds.per_revolution.then_some(change.turns_ratio);
             let ratios = [Some(change.feed_ratio), per_turn];
             if !ratios.into_iter().flatten().any(|ratio| keeps_pace(old, new, ratio)) {
                 return Some(match old.timing {
                     Timing::Seconds(was) => format!(
-                        "the wait of line {line} would no longer take {} s: a number that changes \
-                         sets it, too",
+                        "the time at line {line} would no longer be {} s: a number that changes sets \
+                         it, too",
                         plain(was)
                     ),
                     _ => format!(

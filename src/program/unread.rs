@@ -3,51 +3,48 @@
 //! interrupts, branches that only the run decides. Moves behind the end of the program or of a
 //! routine. Blocks that may be skipped.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
+use std::ops::RangeInclusive;
 
 use super::cell::all;
 use super::log::Log;
 use super::{Dialect, Setter, Settings};
 use crate::notes::Code;
 
-/// Warns of every line of code that names such a signal or procedure and has set nothing.
-pub(super) fn setters(text: &str, dialect: Dialect, settings: &Settings, log: &mut Log) {
+/// Warns of every line of code that names such a signal or procedure and has set nothing, but for
+/// lines of what does not run.
+pub(super) fn setters(
+    text: &str,
+    dialect: Dialect,
+    settings: &Settings,
+    idle: &[RangeInclusive<usize>],
+    log: &mut Log,
+) {
     let names = all(settings).filter_map(|(_, by)| match &by.what {
         Setter::Signal(name) | Setter::Procedure(name, _) => Some(name.to_lowercase()),
         Setter::Comment(_) => None,
     });
-    let names: Vec<String> = names.collect();
-    let idle = match dialect {
-        Dialect::Rapid if !names.is_empty() && settings.companions.is_empty() => {
-            idle(text, log.entry())
-        }
-        _ => HashSet::new(),
-    };
-    warn_of_lines(&names, text, (dialect, &idle), log);
+    warn_of_lines(&names.collect::<Vec<_>>(), text, (dialect, idle), log);
 }
 
 /// Warns of every line of code that names one of these, in lower case, and has set nothing.
 pub(super) fn warn_of_lines_naming(names: &[String], text: &str, dialect: Dialect, log: &mut Log) {
-    warn_of_lines(names, text, (dialect, &HashSet::new()), log);
+    warn_of_lines(names, text, (dialect, &[]), log);
 }
 
-/// The same but for procedures that are `idle`.
 fn warn_of_lines(
     names: &[String],
     text: &str,
-    (dialect, idle): (Dialect, &HashSet<String>),
+    (dialect, idle): (Dialect, &[RangeInclusive<usize>]),
     log: &mut Log,
 ) {
     if names.is_empty() {
         return;
     }
-    let mut is_idle = false;
     for (index, whole) in text.lines().enumerate() {
         let line = index + 1;
-        let code = code_of(whole, dialect).to_lowercase();
-        if dialect == Dialect::Rapid {
-            is_idle = procedure_of(&code).map_or(is_idle, |name| idle.contains(name));
-        }
+        let code = code_of(whole, dialect, names);
+        let is_idle = idle.iter().any(|own| own.contains(&line));
         if is_idle || is_definition(&code, dialect) || log.has_set(line) {
             continue;
         }
@@ -100,83 +97,63 @@ pub(super) fn left_over(ran: &[bool], end: usize, heads: &HashSet<usize>) -> Vec
     left
 }
 
-/// A line without its comment and what stands between quotes.
-fn code_of(line: &str, dialect: Dialect) -> String {
-    let mark = if dialect == Dialect::Krl { ';' } else { '!' };
-    let mut in_text = false;
-    let code = line.chars().take_while(|c| {
-        in_text ^= *c == '"';
-        in_text || *c != mark
+/// The first line of code, but for those that are known, that names a datum.
+pub(super) fn named_at(text: &str, dialect: Dialect, name: &str, known: &[usize]) -> Option<usize> {
+    let names = [name.to_owned()];
+    let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line));
+    let found = lines.find(|(line, whole)| {
+        let code = code_of(whole, dialect, &names);
+        let is_named = stands_alone(&code, name).next().is_some();
+        !known.contains(line) && !is_definition(&code, dialect) && is_named
     });
-    let mut in_text = false;
-    code.filter(|c| {
-        in_text ^= *c == '"';
-        !in_text
+    found.map(|(line, _)| line)
+}
+
+/// What stands before and behind a name wherever it is a word of its own; `r[1]` also as
+/// `r[1:comment]`.
+fn stands_alone<'c>(code: &'c str, name: &'c str) -> impl Iterator<Item = (&'c str, &'c str)> {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '$';
+    let head = name.strip_suffix(']').unwrap_or(name);
+    code.match_indices(head).filter_map(move |(at, _)| {
+        let (before, behind) = code.split_at(at);
+        let behind = behind.get(head.len()..).unwrap_or("");
+        let behind = match name.ends_with(']') {
+            true => behind.starts_with([']', ':']).then(|| behind.split_once(']'))??.1,
+            false => Some(behind).filter(|behind| !behind.starts_with(is_part))?,
+        };
+        (!before.ends_with(is_part)).then_some((before, behind))
     })
-    .collect()
 }
 
-/// The procedures of RAPID, in lower case, that neither the first one nor a trap names, directly or
-/// by others; none where a name may be worked out.
-fn idle(text: &str, entry: &str) -> HashSet<String> {
-    let mut named: HashMap<String, HashSet<String>> = HashMap::new();
-    let mut current = String::new();
-    for line in text.lines() {
-        let code = code_of(line, Dialect::Rapid).to_lowercase();
-        if code.starts_with("%%%") {
-            continue;
+/// A line in lower case without its comment, and in RAPID and KRL without texts, unless they are
+/// one of the names.
+fn code_of(line: &str, dialect: Dialect, names: &[String]) -> String {
+    let mark = if dialect == Dialect::Krl { ';' } else { '!' };
+    let has_texts = dialect != Dialect::Fanuc;
+    let mut code = String::with_capacity(line.len());
+    let mut parts = line.split('"').map(str::to_lowercase);
+    let mut in_text = false;
+    loop {
+        let Some(part) = parts.next() else { return code };
+        if in_text && has_texts {
+            if names.contains(&part) {
+                code.push_str(&part);
+            }
+        } else if let Some((head, _)) = part.split_once(mark) {
+            code.push_str(head);
+            return code;
+        } else {
+            code.push_str(&part);
         }
-        if code.contains('%') || code.contains("callbyvar") {
-            return HashSet::new();
-        }
-        let begun = procedure_of(&code);
-        if let Some(name) = begun {
-            name.clone_into(&mut current);
-            named.entry(current.clone()).or_default();
-            continue;
-        }
-        let words = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-        named.entry(current.clone()).or_default().extend(words.map(str::to_owned));
-    }
-    // Outside of procedures: functions and traps.
-    let mut open = vec![String::new(), entry.to_owned()];
-    while let Some(name) = open.pop() {
-        let found = named.remove(&name).unwrap_or_default();
-        open.extend(found.into_iter().filter(|word| named.contains_key(word)));
-    }
-    named.into_keys().collect()
-}
-
-/// The first procedure of RAPID that nothing runs and that names a datum, and the line.
-pub(super) fn used_in_idle(text: &str, entry: &str, name: &str) -> Option<(String, usize)> {
-    let (idle, name) = (idle(text, entry), name.to_lowercase());
-    let mut current = String::new();
-    for (index, line) in text.lines().enumerate() {
-        let code = code_of(line, Dialect::Rapid).to_lowercase();
-        if let Some(begun) = procedure_of(&code) {
-            begun.clone_into(&mut current);
-        }
-        let mut words = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-        if idle.contains(&current) && words.any(|word| word == name) {
-            return Some((current, index + 1));
-        }
-    }
-    None
-}
-
-/// The procedure that a line of RAPID begins or, without a name, ends.
-fn procedure_of(code: &str) -> Option<&str> {
-    let mut words = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-    match words.by_ref().find(|word| !matches!(*word, "" | "local"))? {
-        "proc" => words.find(|word| !word.is_empty()),
-        "endproc" => Some(""),
-        _ => None,
+        code.push('"');
+        in_text = !in_text;
     }
 }
 
 /// The head of the procedure itself, or a declaration.
 fn is_definition(code: &str, dialect: Dialect) -> bool {
-    let mut words = code.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    let mut words = code.split(|c| !is_part(c)).filter(|word| !word.is_empty());
     let first: Vec<&str> = words.by_ref().take(3).collect();
     let begins = |known: &[&str]| {
         let own = first.iter().find(|word| !matches!(**word, "local" | "task" | "global"));
@@ -184,11 +161,14 @@ fn is_definition(code: &str, dialect: Dialect) -> bool {
     };
     first.iter().any(|word| matches!(*word, "proc" | "func" | "def" | "deffct"))
         || match dialect {
-            // `12: WAIT R[1]`.
-            Dialect::Fanuc => first.iter().take(2).any(|word| *word == "wait"),
             Dialect::Rapid => begins(&["var", "pers", "const"]),
             // `GLOBAL SIGNAL SPIN $ANOUT[1]`, `DECL INT RPM`.
-            Dialect::Krl => begins(&["signal", "decl", "int", "real", "bool", "char"]),
+            Dialect::Krl => {
+                begins(&["signal"])
+                    || begins(&["decl", "int", "real", "bool", "char"]) && !code.contains('=')
+            }
+            // `12: WAIT R[1]`.
+            Dialect::Fanuc => first.iter().take(2).any(|word| *word == "wait"),
             _ => false,
         }
 }
@@ -205,26 +185,19 @@ fn is_read(before: &str, behind: &str, dialect: Dialect) -> bool {
     }
     // `\AOp:=aoSpindle` names an output.
     let head = before.trim_end_matches([':', '=']).trim_end();
-    let is_name = |c: char| c.is_alphanumeric() || c == '_';
-    before.ends_with('=') && !head.trim_end_matches(is_name).ends_with('\\')
+    let is_name = |c: char| c.is_alphanumeric() || matches!(c, '_' | ']' | '}');
+    before.ends_with('=')
+        && head.ends_with(is_name)
+        && !head.trim_end_matches(is_name).ends_with('\\')
 }
 
 /// Whether a name stands in a line as a word of its own, where it is more than read; an output of
 /// TP also where a register gives its number.
 fn is_named(code: &str, name: &str, dialect: Dialect) -> bool {
-    let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '$';
-    let own = code.match_indices(name).any(|(at, _)| {
-        let (before, behind) = code.split_at(at);
-        let behind = behind.get(name.len()..).unwrap_or("");
-        // `ao[1]` ends by its bracket.
-        let ends = name.ends_with(']') || !behind.starts_with(is_part);
-        ends && !before.ends_with(is_part) && !is_read(before, behind, dialect)
-    });
+    let mut alone = stands_alone(code, name);
+    let own = alone.any(|(before, behind)| !is_read(before, behind, dialect));
     let list = name.split('[').next().unwrap_or(name);
     let by_register =
         dialect == Dialect::Fanuc && name.ends_with(']') && code.contains(&format!("{list}[r["));
-    // `ao[1:speed]` is AO[1].
-    let with_comment =
-        name.strip_suffix(']').is_some_and(|head| code.contains(&format!("{head}:")));
-    own || by_register || with_comment
+    own || by_register
 }

@@ -164,10 +164,7 @@ impl<'j> Reader<'j> {
                 carried,
                 speed,
                 is_speed_of_program: stretch.rpm.is_some() || stretch.stands,
-                speed_step_rpm: program
-                    .as_ref()
-                    .and_then(|program| program.speed_step_rpm)
-                    .filter(|_| stretch.rpm.is_some()),
+                speed_step_rpm: program.as_ref().and_then(|program| program.speed_step_rpm),
                 feed_m_per_s: feed_m_per_s.or_else(usual)?,
                 is_feed_of_job: feed_m_per_s.is_some(),
                 cutting: raw.cutting.as_ref().and_then(cutting),

@@ -112,11 +112,10 @@ impl Held {
         Ok(())
     }
 
-    /// The job gives an element of a pose, by its number from 1.
-    pub(super) fn is_given(&mut self, index: i64, value: f64) {
+    /// Gives an element of a pose, by its number from 1, by the job's word.
+    pub(super) fn give(&mut self, index: i64, value: f64) -> Result<(), String> {
         self.are_joints = Some(false);
-        // Only a number without an element fails.
-        drop(self.set(index, Ok(value)));
+        self.set(index, Ok(value))
     }
 
     /// As a place to go to, or a frame: what the job assumes to be zero is none.

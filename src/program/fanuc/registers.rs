@@ -218,7 +218,8 @@ impl<'a> Registers<'a> {
             if self.is_assumed_zero(number) { Held::assumed_zero() } else { Held::unset() };
         for index in 1..=POSE.len() as i64 {
             if let Some(Assumed::Number(value)) = self.assumed(&format!("PR[{number},{index}]")) {
-                held.is_given(index, value);
+                // The index is one of the six.
+                drop(held.give(index, value));
             }
         }
         held

@@ -286,8 +286,9 @@ impl<'a> Run<'a> {
     pub(super) fn set_signal(&mut self, text: &str, statement: &Statement) -> bool {
         let Some((name, value)) = assignment(text) else { return false };
         let mut given = self.given(value, statement);
-        let in_counts = starts_with(name, "AO[") && !value.contains('.');
-        given.whole = starts_with(name, "GO[") || in_counts;
+        // An analog output counts, unless the program itself writes a fraction.
+        let writes_fraction = value.trim().parse::<f64>().is_ok() && value.contains('.');
+        given.whole = starts_with(name, "GO[") || starts_with(name, "AO[") && !writes_fraction;
         let sets = set_by_name(self.settings, self.log, statement.line, &signal_key(name), given);
         if is_signal(name) {
             if !sets {

@@ -1,6 +1,6 @@
 //! A line of G-code → its words, with the places of their numbers.
 
-use super::expression::{Key, Parameters, Reader, not_vacant, shown};
+use super::expression::{Key, NOT_SET, Parameters, Reader, not_vacant, shown};
 use crate::program::span::Span;
 
 /// Sinumerik's words of several letters, as if each were one.
@@ -57,6 +57,8 @@ pub(super) struct Block {
     pub(super) names: Vec<(String, String)>,
     /// What is set when the block has been read.
     pub(super) sets: Vec<(Key, f64)>,
+    /// Why H, which gives a length beside G43 or G44, is not known.
+    pub(super) unset_length: Option<String>,
 }
 
 impl Block {
@@ -94,7 +96,7 @@ impl Block {
         self.words.clear();
         self.names.clear();
         self.sets.clear();
-        (self.optional, self.mark) = (false, false);
+        (self.optional, self.mark, self.unset_length) = (false, false, None);
     }
 }
 
@@ -133,7 +135,10 @@ pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> R
     }
     loop {
         lexer.skip()?;
-        let Some(byte) = lexer.byte() else { return Ok(()) };
+        let Some(byte) = lexer.byte() else {
+            let compensates = block.codes('G').any(|code| matches!(code, 430 | 434 | 440));
+            return block.unset_length.clone().filter(|_| !compensates).map_or(Ok(()), Err);
+        };
         match byte {
             b'#' => lexer.assignment(block)?,
             b',' => lexer.corner(block)?,
@@ -481,9 +486,10 @@ impl<'t> Lexer<'t> {
         {
             let value = match self.expression(Reader::primary) {
                 // The number of a tool's length, which the controller may keep in a parameter.
-                Err(_) if letter == b'H' => {
+                Err(why) if letter == b'H' && why.ends_with(NOT_SET) => {
                     self.skip_primary();
-                    f64::NAN
+                    block.unset_length = Some(why);
+                    return Ok(());
                 }
                 value => value?,
             };

@@ -243,15 +243,6 @@ fn modal(
         130 if block.has_any(b"IJK") => {
             return Err("G13 with words of a pocket is not supported".to_owned());
         }
-        600 if has_axes
-            && !machine.is_sinumerik
-            && machine.motion != Motion::Rapid
-            && block.codes('G').all(|other| other != 0) =>
-        {
-            return Err("G60 with axes at feed: on Fanuc it goes there at rapid from one side, \
-                        elsewhere it stops at the end; write G0 or G9"
-                .to_owned());
-        }
         400 | 430 | 440 | 490 | 500 | 610 | 611 | 640 | 130 | 970 | 6010 | 6020 | 6410 | 6420
         | 90 | 600 | 4500 | 4510 => {}
         // GRBL and LinuxCNC: the axes are those of a tool's length.
@@ -323,13 +314,12 @@ fn spindle_and_tool(
     if let Some(tool) = block.get('T') {
         machine.select_tool(tool)?;
     }
-    match machine.length_in(block) {
-        Some(length) if length.is_nan() => {
-            let what = "H is a parameter that the program has not set: the tcp stays the same";
-            machine.cutter.log.warning(Code::ChangeIgnored, line, what);
-        }
-        Some(length) => machine.cutter.length(line, length)?,
-        None => {}
+    if let Some(why) = &block.unset_length {
+        let what = format!("H: {why}; the tcp stays the same");
+        machine.cutter.log.warning(Code::ChangeIgnored, line, what);
+    }
+    if let Some(length) = machine.length_in(block) {
+        machine.cutter.length(line, length)?;
     }
     // Whatever the order in the block.
     if block.codes('M').any(|code| code == 60) {
@@ -432,6 +422,14 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     }
     if !(has_axes || has_cycle_words || full_turn) {
         return Ok(());
+    }
+    if block.codes('G').any(|code| code == 600)
+        && !machine.is_sinumerik
+        && !matches!(machine.motion, Motion::None | Motion::Rapid)
+    {
+        return Err("G60 with axes at feed: on Fanuc it goes there at rapid from one side, \
+                    elsewhere it stops at the end; write G0 or G9"
+            .to_owned());
     }
     let done = match machine.motion {
         Motion::None => Err("axes without G0, G1, G2, G3 or a cycle".to_owned()),

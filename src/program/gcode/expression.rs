@@ -93,9 +93,7 @@ impl Parameters {
             Key::Number(number) => self.numbered.get(number),
             Key::Name(name) | Key::Whole(name) => self.named.get(name),
         };
-        found
-            .copied()
-            .ok_or_else(|| format!("{} is read, and the program has not set it", shown(key)))
+        found.copied().ok_or_else(|| format!("{} {NOT_SET}", shown(key)))
     }
 
     /// The numbered locals of a call: given, with the locals of the caller in return.
@@ -125,6 +123,9 @@ impl Parameters {
         }
     }
 }
+
+/// What is wrong with a parameter that the program has not set.
+pub(super) const NOT_SET: &str = "is read, and the program has not set it";
 
 pub(super) fn shown(key: &Key) -> String {
     match key {

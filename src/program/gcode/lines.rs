@@ -65,7 +65,7 @@ impl Machine<'_> {
         if self.polar.is_on && block.has_any(b"IJK") {
             return Err("a centre under G16 is not supported".to_owned());
         }
-        let centre = self.centre(block, start)?;
+        let centre = self.centre(block, start, self.centre_absolute)?;
         // Fanuc and LinuxCNC count the first turn, Sinumerik does not.
         let more_turns = match block.word(TURNS) {
             Some(word) => word.value,
@@ -95,13 +95,9 @@ impl Machine<'_> {
     }
 
     /// Whether an arc would close if I, J and K were the place of its centre.
-    fn fits_absolute(&mut self, block: &Block, arc: &Arc) -> bool {
-        if std::mem::replace(&mut self.centre_absolute, true) {
-            return false;
-        }
-        let centre = self.centre(block, arc.start);
-        self.centre_absolute = false;
-        centre.is_ok_and(|centre| pieces(&Arc { centre, ..*arc }).is_ok())
+    fn fits_absolute(&self, block: &Block, arc: &Arc) -> bool {
+        let centre = self.centre(block, arc.start, true);
+        !self.centre_absolute && centre.is_ok_and(|centre| pieces(&Arc { centre, ..*arc }).is_ok())
     }
 
     /// CIP: through a point on the way.

@@ -260,7 +260,13 @@ impl<'a> Machine<'a> {
         self.cutter.leave(line, axes, how);
     }
 
-    pub(super) fn centre(&self, block: &Block, start: Vector3<f64>) -> Result<Centre, String> {
+    /// Of an arc; words that say nothing themselves are places where they are absolute.
+    pub(super) fn centre(
+        &self,
+        block: &Block,
+        start: Vector3<f64>,
+        is_absolute: bool,
+    ) -> Result<Centre, String> {
         let start = self.in_program(start);
         let Plane([u, v, w]) = self.plane;
         if let Some(radius) = block.get('R').or(block.get(char::from(RADIUS))) {
@@ -271,23 +277,23 @@ impl<'a> Machine<'a> {
         let place = |axis: usize| {
             block.word(CENTRES[axis]).map(|word| {
                 let value = self.mm(word.value);
-                let is_absolute = match word.counts {
-                    Counts::AsModal => self.centre_absolute,
+                let is_place = match word.counts {
+                    Counts::AsModal => is_absolute,
                     Counts::Absolute => true,
                     Counts::Relative => false,
                 };
-                value + if is_absolute { shift[axis] } else { start[axis] }
+                value + if is_place { shift[axis] } else { start[axis] }
             })
         };
         let at = |own: [f64; 2]| Ok(Centre::At(self.turned.map_or(own, |turned| turned.turn(own))));
         match (place(u), place(v), place(w)) {
             (None, None, None) if block.has_any(&[POLAR_ANGLE, POLAR_RADIUS]) => at(self.pole()),
             (None, None, _) => Err("an arc without centre or radius".to_owned()),
-            (_, _, Some(along)) if along != start[w] && !self.centre_absolute => {
+            (_, _, Some(along)) if along != start[w] && !is_absolute => {
                 Err("the arc's centre does not lie in the plane of the arc".to_owned())
             }
             (Some(u), Some(v), _) => at([u, v]),
-            _ if self.centre_absolute => {
+            _ if is_absolute => {
                 Err("an absolute centre (G90.1) needs both of its words".to_owned())
             }
             (at_u, at_v, _) => at([at_u.unwrap_or(start[u]), at_v.unwrap_or(start[v])]),

@@ -357,7 +357,7 @@ impl<'a, 't> Reader<'a, 't> {
         if let Some(number) = block.words.get(2).filter(|word| word.name.is_empty()) {
             let number = number.value.unwrap_or(0.0);
             // The one in the spindle again: its speed or feed changes.
-            if self.cutter.loaded().is_some_and(|loaded| f64::from(loaded) != number) {
+            if self.cutter.has_other_than(number) {
                 self.cutter.change();
             }
             self.cutter.tool(number)?;

@@ -101,7 +101,7 @@ impl<'a> Interpreter<'a> {
         let mut own;
         for index in way {
             if matches!(value, Value::Tool0 | Value::Wobj0) {
-                own = value.clone().in_parts(self.settings);
+                own = value.clone().in_parts(self.own_frames());
                 value = &own;
             }
             value = match value {
@@ -119,7 +119,7 @@ impl<'a> Interpreter<'a> {
     /// Stores a value in a datum or a part of it.
     pub(super) fn write(&mut self, path: &'a Path, value: Value) -> Result<(), String> {
         let Place { scope, key, way } = self.place(path)?;
-        let settings = self.settings;
+        let own_frames = self.own_frames();
         let root = match scope {
             Scope::Routine => self
                 .frames
@@ -136,7 +136,7 @@ impl<'a> Interpreter<'a> {
         let mut target = &mut *root;
         for index in way {
             if matches!(target, Value::Tool0 | Value::Wobj0) {
-                *target = std::mem::replace(target, Value::Absent).in_parts(settings);
+                *target = std::mem::replace(target, Value::Absent).in_parts(own_frames);
             }
             target = match target {
                 Value::List(items) => items.get_mut(index).ok_or_else(|| beyond(&path.name))?,
@@ -212,7 +212,7 @@ impl<'a> Interpreter<'a> {
         for step in &path.steps {
             let Step::Field(name) = step else { return None };
             let (index, inner) = field(self.file, kind, name)?;
-            let Value::List(mut parts) = value.in_parts(self.settings) else { return None };
+            let Value::List(mut parts) = value.in_parts(self.own_frames()) else { return None };
             value = (index < parts.len()).then(|| parts.swap_remove(index))?;
             kind = inner;
         }

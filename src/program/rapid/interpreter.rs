@@ -2,10 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
+use nalgebra::Isometry3;
+
 use super::syntax::File;
 use super::timed::Timed;
 use super::value::Value;
-use super::walk;
+use super::walk::Named;
 use crate::motion::Load;
 use crate::program::Settings;
 use crate::program::cell::{Comments, External};
@@ -79,12 +81,18 @@ pub(super) struct Interpreter<'a> {
     pub(super) trapped: HashMap<&'a str, Value>,
     /// Whether the job's tcp and work object stand for data that no file declares, and not for
     /// tool0 and wobj0 beside them.
-    pub(super) of_job_for_others: [bool; 2],
+    pub(super) stands_for: Named,
     /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
     pub(super) gripped: Result<Option<Load>, String>,
 }
 
 impl<'a> Interpreter<'a> {
+    /// What the job has for tool0 and for wobj0.
+    pub(super) fn own_frames(&self) -> [Option<Isometry3<f64>>; 2] {
+        let Named { tool, work_object } = self.stands_for;
+        [self.settings.tcp.filter(|_| !tool), self.settings.work_object.filter(|_| !work_object)]
+    }
+
     pub(super) fn new(
         file: &'a File,
         settings: &'a Settings,
@@ -113,7 +121,7 @@ impl<'a> Interpreter<'a> {
             analog: Analog::default(),
             assigned: HashMap::new(),
             trapped: HashMap::new(),
-            of_job_for_others: walk::has_undeclared_frames(file),
+            stands_for: Named::default(),
             gripped: Ok(None),
         }
     }

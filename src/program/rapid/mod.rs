@@ -30,9 +30,11 @@ mod traps;
 mod value;
 mod walk;
 
-use super::Settings;
+use std::ops::RangeInclusive;
+
 use super::cell::Comments;
 use super::log::Log;
+use super::{Dialect, Settings, unread};
 use crate::notes::Code;
 use interpreter::Interpreter;
 use syntax::{Args, File, Routine};
@@ -49,14 +51,26 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     };
     match entry(&file, settings, log) {
         Ok(routine) => {
-            log.starts_with(&routine.name.key);
             let comments = Comments::of(text, '!', settings);
             let mut interpreter = Interpreter::new(&file, settings, comments, log);
             interpreter.given_on = set_by::given_on(&file, settings);
+            interpreter.stands_for = walk::undeclared_frames(&file, routine);
             interpreter.run(routine, &arguments);
+            let idle = idle(&file, routine, log);
+            unread::setters(text, Dialect::Rapid, settings, &idle, log);
         }
         Err(what) => log.error(Code::Reference, 1, what),
     }
+}
+
+/// The lines of procedures that nothing calls. Where the program moves before it has set the
+/// spindle none count: another may have set it.
+fn idle(file: &File, entry: &Routine, log: &Log) -> Vec<RangeInclusive<usize>> {
+    let Some(reached) = walk::reached(file, entry).filter(|_| log.starts_under_speed()) else {
+        return Vec::new();
+    };
+    let idle = file.procedures.iter().filter(|(key, _)| !reached.contains(key.as_str()));
+    idle.map(|(_, routine)| routine.line..=routine.end).filter(|own| *own.start() > 0).collect()
 }
 
 /// The procedure to start with.

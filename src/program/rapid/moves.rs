@@ -8,6 +8,7 @@ use super::instructions::{Motion, ToolAt, Way};
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Path};
 use super::value::{NO_AXIS, Value, from_pose, pose};
+use super::walk::Named;
 use crate::motion::{Configuration, Target};
 use crate::notes::Code;
 use crate::program::Pace;
@@ -51,6 +52,7 @@ impl<'a> Interpreter<'a> {
             self.log.motion(line, Target::Joints(joints), tcp, pace);
             return Ok(());
         }
+        self.tell_own_frames(line, way, tool, option("wobj"));
         let work_object = self.work_object(line, option("wobj"), args)?;
         let place = self.target(&first, &work_object)?;
         let (last, to) = match way {
@@ -68,6 +70,36 @@ impl<'a> Interpreter<'a> {
         let pace = self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
         self.log.motion(line, to, tcp, pace);
         Ok(())
+    }
+
+    /// Tells of tool0 and wobj0 where the job gives a frame that stands for others: a doubt where
+    /// the tool is led, and the job may mean it for these.
+    fn tell_own_frames(&mut self, line: usize, way: Way, tool: &Expr, work_object: Option<&Value>) {
+        // Each in words of its own: the same words are told once.
+        let (code, shown) = match way {
+            Way::Joint => (Code::Assumed, "a joint move"),
+            _ => (Code::ChangeIgnored, "a line or arc"),
+        };
+        let Named { tool: for_tools, work_object: for_objects } = self.stands_for;
+        let is_tool0 = matches!(tool, Expr::Ref(path) if path.name.key == "tool0");
+        let is_wobj0 = matches!(work_object, None | Some(Value::Wobj0));
+        for (is_told, name, of_job) in [
+            (for_tools && is_tool0 && self.settings.tcp.is_some(), "tool0", "tcp"),
+            (
+                for_objects && is_wobj0 && self.settings.work_object.is_some(),
+                "wobj0",
+                "work_object",
+            ),
+        ] {
+            if is_told {
+                let what = format!(
+                    "{shown} with {name}: that is the controller's own, as the job's {of_job} \
+                     stands for what no file that is read declares; path.program.files can name \
+                     the file that does"
+                );
+                self.log.warning(code, line, what);
+            }
+        }
     }
 
     /// The time of `\T`, or the speed, behind which `\V` may stand or not.
@@ -239,9 +271,7 @@ impl<'a> Interpreter<'a> {
         tool: &Value,
     ) -> Result<Isometry3<f64>, String> {
         match (tool, self.settings.tcp) {
-            (Value::Tool0, tcp) => {
-                Ok(tcp.filter(|_| !self.of_job_for_others[0]).unwrap_or_default())
-            }
+            (Value::Tool0, _) => Ok(self.own_frames()[0].unwrap_or_default()),
             (Value::Unknown(why), Some(tcp)) => {
                 let code = self.code_of_assumed(expr);
                 self.log.warning(code, line, format!("tool: {why}; the job's tcp is used"));
@@ -276,7 +306,7 @@ impl<'a> Interpreter<'a> {
         args: &Args,
     ) -> Result<Isometry3<f64>, String> {
         match (given.unwrap_or(&Value::Wobj0), self.settings.work_object) {
-            (Value::Wobj0, _) if self.of_job_for_others[1] => Ok(Isometry3::identity()),
+            (Value::Wobj0, _) if self.stands_for.work_object => Ok(Isometry3::identity()),
             (Value::Wobj0, frame) => {
                 if given.is_some() && frame.is_some() {
                     self.log.warning(

@@ -1,7 +1,10 @@
 //! Tokens → the modules' data and routines. A statement that is not understood is kept as such, so
 //! that it is a fault only where the program reaches it.
 
+use std::collections::HashSet;
+
 use super::cursor::{Cursor, Parsed};
+use super::lexer::Kind;
 use super::modules::{Renamed, renamed};
 use super::syntax::{
     Args, Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, Trap, What,
@@ -208,8 +211,8 @@ impl<'a> Parser<'a> {
             self.statement_or_stray(&mut body);
         }
         // Handlers of errors do not run when nothing goes wrong.
-        self.skip_past(end);
-        Ok(Routine { line, name, parameters, body })
+        let (end, in_handlers) = self.skip_past(end);
+        Ok(Routine { line, end, in_handlers, name, parameters, body })
     }
 
     /// A trap runs when its interrupt comes, and so do its handlers of errors.
@@ -236,10 +239,20 @@ impl<'a> Parser<'a> {
         Ok(Trap { line, name, file: self.name.map(str::to_owned), body })
     }
 
-    fn skip_past(&mut self, end: &str) {
-        while self.cursor.peek().is_some() && !self.cursor.take_word(end) {
+    /// The line of the end, and the words before it.
+    fn skip_past(&mut self, end: &str) -> (usize, HashSet<String>) {
+        let (mut line, mut words) = (self.line(), HashSet::new());
+        while let Some(token) = self.cursor.peek() {
+            line = self.line();
+            if self.cursor.take_word(end) {
+                break;
+            }
+            if let Kind::Word(word) | Kind::Text(word) = token {
+                words.insert(word.to_lowercase());
+            }
             self.cursor.advance();
         }
+        (line, words)
     }
 
     fn parameters(&mut self) -> Parsed<Vec<Parameter>> {

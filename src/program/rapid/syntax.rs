@@ -1,6 +1,6 @@
 //! The syntax tree of RAPID, as far as motion may depend on it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::program::span::Span;
 
@@ -145,6 +145,10 @@ pub(super) struct Declaration {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Routine {
     pub(super) line: usize,
+    /// Line of its end.
+    pub(super) end: usize,
+    /// Words of its handlers of errors, in lower case, which are not read.
+    pub(super) in_handlers: HashSet<String>,
     pub(super) name: Name,
     pub(super) parameters: Vec<Parameter>,
     pub(super) body: Block,

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::syntax::File;
-use crate::program::{Assumed, Settings};
+use crate::program::Assumed;
 use crate::units::{m_from_mm, mm_from_m};
 
 /// Programs round quaternions to three to six digits; a length further from 1 is another mistake.
@@ -74,16 +74,16 @@ impl Value {
 
     /// What stands for the controller's own tool0 or wobj0, in its parts, with what the job has for
     /// them.
-    pub(super) fn in_parts(self, settings: &Settings) -> Self {
+    pub(super) fn in_parts(self, [tool0, wobj0]: [Option<Isometry3<f64>>; 2]) -> Self {
         let pose = |of_job: Option<Isometry3<f64>>| {
             Self::List(from_pose(&of_job.unwrap_or_default()).to_vec())
         };
         match self {
-            Self::Tool0 => Self::List(vec![Self::Bool(true), pose(settings.tcp), load0()]),
+            Self::Tool0 => Self::List(vec![Self::Bool(true), pose(tool0), load0()]),
             Self::Wobj0 => {
                 let is_held = Self::Bool(false);
                 let unit = Self::Text(Rc::from(""));
-                let frames = [pose(settings.work_object), pose(None)];
+                let frames = [pose(wobj0), pose(None)];
                 let parts = [is_held, Self::Bool(true), unit].into_iter().chain(frames);
                 Self::List(parts.collect())
             }

@@ -31,29 +31,91 @@ pub(super) fn statements_in<'a>(
     })
 }
 
-/// Whether motion names a tool, and a work object, that no file that is read declares.
-pub(super) fn has_undeclared_frames(file: &File) -> [bool; 2] {
-    let mut found = [false; 2];
-    let routines = file.procedures.values().chain(file.functions.values());
+/// The procedures that may run, by name in lower case: the one that the program starts with,
+/// `main`, and all that these, functions and traps name, in calls, texts and handlers of errors.
+/// `None` where a name is worked out.
+pub(super) fn reached<'a>(file: &'a File, entry: &'a Routine) -> Option<HashSet<&'a str>> {
+    let mut found: HashSet<&str> = HashSet::new();
+    let of_handlers = |routine: &'a Routine| {
+        let own = file.procedures.keys().filter(|key| routine.in_handlers.contains(*key));
+        own.map(String::as_str)
+    };
+    let functions = file.functions.values();
+    let mut names: Vec<&str> = vec![&entry.name.key, "main"];
+    let mut open: Vec<&Block> = functions.clone().map(|own| &own.body).collect();
+    open.extend(file.traps.iter().map(|trap| &trap.body));
+    names.extend(functions.flat_map(of_handlers));
+    loop {
+        for what in statements_in(open.drain(..)) {
+            match what {
+                What::NotUnderstood(_) => return None,
+                What::Call(name, _) if name.key == "callbyvar" => return None,
+                What::Call(name, _) => names.push(&name.key),
+                _ => {}
+            }
+            let texts = all_of(expressions_in(what)).into_iter().filter_map(|expr| match expr {
+                Expr::Text(text) => file.procedures.get_key_value(&text.to_lowercase()),
+                _ => None,
+            });
+            names.extend(texts.map(|(key, _)| key.as_str()));
+        }
+        while let Some(name) = names.pop() {
+            if let Some((key, routine)) = file.procedures.get_key_value(name)
+                && found.insert(key)
+            {
+                open.push(&routine.body);
+                names.extend(of_handlers(routine));
+            }
+        }
+        if open.is_empty() {
+            return Some(found);
+        }
+    }
+}
+
+/// What stands for a tool and for a work object.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Named {
+    pub(super) tool: bool,
+    pub(super) work_object: bool,
+}
+
+/// Whether what may run moves with a tool, and in a work object, that no file that is read
+/// declares.
+pub(super) fn undeclared_frames(file: &File, entry: &Routine) -> Named {
+    let mut found = Named::default();
+    let reached = reached(file, entry);
+    let may_run = |key: &String| reached.as_ref().is_none_or(|own| own.contains(key.as_str()));
+    let procedures = file.procedures.iter().filter(|(key, _)| may_run(key));
+    let routines = procedures.map(|(_, own)| own).chain(file.functions.values());
     let bodies = routines.map(|own| (own_names(own), &own.body));
     let traps = file.traps.iter().map(|trap| (HashSet::new(), &trap.body));
     for (own, body) in bodies.chain(traps) {
+        let is_elsewhere = |expr: Option<&Expr>, of_language: &str| match expr {
+            Some(Expr::Ref(path)) => {
+                let key = path.name.key.as_str();
+                key != of_language && !own.contains(key) && !file.data.contains_key(key)
+            }
+            _ => false,
+        };
         for what in statements_in(std::iter::once(body)) {
             let What::Call(name, args) = what else { continue };
-            let Some(motion) = motion(&name.key) else { continue };
-            let tool = match motion.tool {
-                ToolAt::Index(index) => args.positional.get(index),
-                ToolAt::Last => args.positional.last(),
-            };
-            let is_elsewhere = |expr: Option<&Expr>, of_language: &str| match expr {
-                Some(Expr::Ref(path)) => {
-                    let key = path.name.key.as_str();
-                    key != of_language && !own.contains(key) && !file.data.contains_key(key)
+            if let Some(motion) = motion(&name.key) {
+                let tool = match motion.tool {
+                    ToolAt::Index(index) => args.positional.get(index),
+                    ToolAt::Last => args.positional.last(),
+                };
+                found.tool |= is_elsewhere(tool, "tool0");
+                found.work_object |= is_elsewhere(args.optional_value("wobj"), "wobj0");
+            } else if let Some(routine) = file.procedures.get(&name.key) {
+                for (parameter, given) in routine.parameters.iter().zip(&args.positional) {
+                    match parameter.kind.as_str() {
+                        "tooldata" => found.tool |= is_elsewhere(Some(given), "tool0"),
+                        "wobjdata" => found.work_object |= is_elsewhere(Some(given), "wobj0"),
+                        _ => {}
+                    }
                 }
-                _ => false,
-            };
-            found[0] |= is_elsewhere(tool, "tool0");
-            found[1] |= is_elsewhere(args.optional_value("wobj"), "wobj0");
+            }
         }
     }
     found
@@ -69,8 +131,8 @@ fn own_names(routine: &Routine) -> HashSet<&str> {
     declared.chain(given).map(|name| name.key.as_str()).collect()
 }
 
-/// Functions that the expressions of a statement call, with what they are given, its blocks aside.
-pub(super) fn functions_in(what: &What) -> Vec<&(Name, Args)> {
+/// The expressions of a statement, its blocks aside.
+fn expressions_in(what: &What) -> Vec<&Expr> {
     let mut open: Vec<&Expr> = Vec::new();
     match what {
         What::Declare(declaration) => {
@@ -90,7 +152,12 @@ pub(super) fn functions_in(what: &What) -> Vec<&(Name, Args)> {
         }
         _ => {}
     }
-    functions_of(open)
+    open
+}
+
+/// Functions that the expressions of a statement call, with what they are given, its blocks aside.
+pub(super) fn functions_in(what: &What) -> Vec<&(Name, Args)> {
+    functions_of(expressions_in(what))
 }
 
 /// The same of expressions.

@@ -291,6 +291,16 @@ fn tool0_and_wobj0_beside_frames_that_no_file_declares() {
     assert_eq!((alone[0].1, both[0].1, both[1].1, both[2].1), (0.2, 0.0, 0.2, 0.0));
     assert!((alone[0].0 - both[0].0 - 1.0).abs() < 1e-12, "{alone:?} {both:?}");
     assert!((both[1].0 - both[0].0 - 1.0).abs() < 1e-12, "{both:?}");
+    // It is told where a path depends on it, and what nothing runs has no part in it.
+    let told = doubts(&abb(&format!("{own}\n{other}"), "", &job));
+    assert!(told.contains(&(Code::ChangeIgnored, 9)), "{told:?}");
+    let idle = format!("PROC home()\n{other}\nENDPROC");
+    let of_idle = abb(own, &idle, &job);
+    assert_eq!(of_idle.moves[1].tcp.translation.z, 0.2);
+    // An argument, and a copy.
+    let routine = "PROC cut(PERS tooldata t)\nMoveL p1,v100,fine,t;\nENDPROC";
+    let given = abb(&format!("{own}\ncut tX;"), routine, &job);
+    assert_eq!((given.moves[1].tcp.translation.z, given.moves[2].tcp.translation.z), (0.0, 0.2));
 }
 
 /// A base by number that no file gives matters to what moves in it alone.

@@ -250,6 +250,22 @@ fn a_length_by_a_parameter_that_is_not_set() {
         assert_eq!(of(length), (3, vec![Code::ChangeIgnored]), "{length}");
     }
     assert_eq!(of("18"), (3, vec![]));
+    // Elsewhere it is a fault: as an argument it would be a vacant one.
+    let call = "G21 G90 G94 G0 X0 Y0 Z50\nG65 P9 H#518\nM30\nO9\nG1 X100 F500\nM99\n";
+    refused(call, Dialect::GCode, "#518 is read, and the program has not set it");
+    refused("G21 G90 G0 X0 Y0 Z50\nG43 H[1/0] Z5\n", Dialect::GCode, "division by zero");
+    // A centre that is written as a place.
+    let arc = "G21 G90 G94 G0 X100 Y0 Z0\nG2 X0 Y-100 I0 J0 F100\n";
+    refused(arc, Dialect::GCode, "as places (G90.1) I, J and K fit");
+}
+
+/// Of a direction, components that are not given are zero (Siemens, SINUMERIK 840D sl, Job planning).
+#[test]
+fn a_direction_of_which_components_are_left_out() {
+    let text = "G71 G90 G94\nTRAORI\nG0 X0 Y0 Z0\nG1 X10 A3=0.6 C3=0.8 F100\n";
+    let program = of(text, Dialect::Sinumerik);
+    let axis = super::support::end(&program.moves[1]).1.rotation * nalgebra::Vector3::z();
+    assert!((axis + nalgebra::Vector3::new(0.6, 0.0, 0.8)).norm() < 1e-12, "{axis}");
 }
 
 #[test]

@@ -119,9 +119,18 @@ fn the_job_fills_what_the_program_leaves_to_it_and_no_more() {
     assert_eq!(program.moves[2].feed_m_per_s, 0.01);
     let told: Vec<(usize, &str)> =
         program.warnings.iter().map(|notice| (at(notice), notice.what.as_str())).collect();
+    let own = |name: &str, of_job: &str| {
+        format!(
+            "a line or arc with {name}: that is the controller's own, as the job's {of_job} stands for \
+             what no file that is read declares; path.program.files can name the file that does"
+        )
+    };
+    let [tool, object] = [own("tool0", "tcp"), own("wobj0", "work_object")];
     assert_eq!(
         told,
         [
+            (4, tool.as_str()),
+            (4, object.as_str()),
             (5, "tool: 'tElse' is not declared in this file; the job's tcp is used"),
             (6, "work object: 'wElse' is not declared in this file; the job's work_object is used"),
             (6, "speed: 'vElse' is not declared in this file; the job's feed is used"),

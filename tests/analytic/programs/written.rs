@@ -82,11 +82,12 @@ fn what_takes_whole_numbers_is_given_one_or_nothing_is_written() {
         assert!(refused.contains("2800 rpm, not 2780"), "{refused}");
         let found = written(text, dialect, &job, &[(ALL, 2700.0)]).unwrap();
         assert!(found.contains(&old.replace("30", "27")), "{found}");
-        // A fraction that stands there is no speed that is known.
-        let fraction = text.replace(old, &old.replace("30", "30.5"));
+        // An INT rounds a fraction; what else takes whole numbers does what its maker chose.
+        let fraction = text.replace(old, &old.replace("30", "30.4"));
         let program = read(fraction.as_bytes(), dialect, &job).unwrap();
-        let is_known = program.spindle.iter().any(|own| own.spindle.rpm() == Some(3050.0));
-        assert!(!is_known, "{:?}", program.spindle);
+        let expected = (old == "RPM=30").then_some(3000.0);
+        assert_eq!(program.spindle[0].spindle, Spindle::Turns(expected), "{old}");
+        assert_eq!(doubts(&program).is_empty(), expected.is_some(), "{:?}", program.warnings);
     }
     // Analog outputs and REAL take any.
     let analog = rapid("SetAO aoS,0.3;\nMoveL q,v10,fine,tool0;", "");
@@ -157,6 +158,17 @@ fn speeds_of_rapid_by_name() {
     assert!(refused.contains("the spindle's speed at line 11 is computed"), "{refused}");
 }
 
+/// Digits are those of the new number: at a tenth of the speed a feed has as many.
+#[test]
+fn a_feed_keeps_its_digits_at_a_small_ratio() {
+    let text = krl("", "SPIN(3000)\n$VEL.CP=0.5\n");
+    let what = Setter::Procedure("SPIN".to_owned(), 1);
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
+    let found = written(&text, Dialect::Krl, &job, &[(ALL, 701.0)]).unwrap();
+    // 0.5 · 701/3000 = 0.116833…
+    assert!(found.contains("SPIN(701)") && found.contains("$VEL.CP=0.1168333\n"), "{found}");
+}
+
 /// Where the job's speed holds, feeds follow that, and not the one that the program states.
 #[test]
 fn feeds_follow_the_speed_that_held() {
@@ -186,7 +198,7 @@ fn numbers_that_registers_pass_on() {
     let wait = tp("   4:  R[1]=3 ;\n   5:  AO[1]=R[1] ;\n   6:  WAIT R[1] ;\n");
     let job = of_tp(by_signal("AO[1]", 1000.0));
     let refused = written(&wait, Dialect::Fanuc, &job, &[(ALL, 2000.0)]).unwrap_err();
-    assert!(refused.contains("the wait of line 8 would no longer take 3 s"), "{refused}");
+    assert!(refused.contains("the time at line 8 would no longer be 3 s"), "{refused}");
 }
 
 fn doubts(program: &Program) -> Vec<usize> {
@@ -213,24 +225,44 @@ fn lines_that_set_nothing_leave_no_doubt() {
         let more = format!("{data}VAR num x:=0;\n");
         assert_eq!(of(body, &more), [] as [usize; 0], "{body}");
     }
-    // Another procedure, which nothing here calls.
+    // Another procedure, which nothing here calls; line 12 sets the speed in it.
     let other = "PROC two()\nnS:=5000;\nENDPROC\n";
     assert_eq!(of("", &format!("{data}{other}")), [] as [usize; 0]);
-    // But for one that may be called: by a name that is worked out, a trap, or a handler of errors.
-    for caller in ["%\"two\"%;", "CallByVar \"two\",1;"] {
-        let text = rapid(
-            &format!("nS:=900;\nIF DInput(di1)=1 {caller}\nMoveL q,v10,fine,tool0;"),
-            &format!("{data}{other}"),
-        );
-        match read(text.as_bytes(), Dialect::Rapid, &job) {
-            Ok(program) => {
-                assert!(doubts(&program).contains(&12), "{caller}: {:?}", program.warnings)
-            }
-            Err(found) => assert!(!found.is_empty()),
-        }
+    // But for one that may be called: by a trap, a handler of errors, a text, or main.
+    for caller in [
+        "TRAP t\ntwo;\nENDTRAP\n",
+        "FUNC num f()\nRETURN 1;\nERROR\ntwo;\nENDFUNC\n",
+        "TRAP t\nMoveLSync q,v10,z1,tool0,\"two\";\nENDTRAP\n",
+    ] {
+        let found = of("", &format!("{data}{other}{caller}"));
+        assert!(found.contains(&12), "{caller}: {found:?}");
     }
-    let handler = format!("{data}{other}TRAP t\ntwo;\nENDTRAP\n");
-    assert!(of("", &handler).contains(&12), "{:?}", of("", &handler));
+    let cut = |body: &str| {
+        let text = rapid(
+            "Prepare;\ncut;",
+            &format!(
+                "PROC Prepare()\nSetAO aoS,5000;\nENDPROC\nPROC cut()\nMoveL p,v20,fine,tool0;\n{body}MoveL q,v20,fine,tool0;\nENDPROC\n"
+            ),
+        );
+        let job = Settings { procedure: Some("cut".to_owned()), ..by_signal("aoS", 1.0) };
+        doubts(&read(text.as_bytes(), Dialect::Rapid, &job).unwrap())
+    };
+    assert_eq!(cut("SetAO aoS,3000;\n"), [10]);
+    // One that is in no call, as routines of events are: where the program sets no speed itself.
+    let event = rapid("MoveL q,v10,fine,tool0;", "PROC evStart()\nSetAO aoS,5000;\nENDPROC\n");
+    let program = read(event.as_bytes(), Dialect::Rapid, &by_signal("aoS", 1.0)).unwrap();
+    assert_eq!(doubts(&program), [9]);
+    // A text that is the name itself, and a name on a line of its own.
+    let handler =
+        rapid("nS:=900;\nMoveL q,v10,fine,tool0;\nERROR\nSetDataVal \"nS\",5000;\nRETRY;", data);
+    let program = read(handler.as_bytes(), Dialect::Rapid, &by_signal("nS", 1.0)).unwrap();
+    assert_eq!(doubts(&program), [9], "{:?}", program.warnings);
+    let split = rapid(
+        "SetAO aoS,900;\nTriggIO t,0\\AOp\n:=aoS,5;\nMoveL q,v10,fine,tool0;",
+        "VAR triggdata t;\n",
+    );
+    let program = read(split.as_bytes(), Dialect::Rapid, &by_signal("aoS", 1.0)).unwrap();
+    assert_eq!(doubts(&program), [8], "{:?}", program.warnings);
     let late = "SetAO \\SDelay:=1,aoS,5;";
     let job = by_signal("aoS", 1.0);
     for body in [late, "TriggIO t,0\\AOp:=aoS,5;"] {
@@ -241,6 +273,10 @@ fn lines_that_set_nothing_leave_no_doubt() {
         let program = read(text.as_bytes(), Dialect::Rapid, &job).unwrap();
         assert_eq!(doubts(&program), [7], "{body}: {:?}", program.warnings);
     }
+    // Names that begin as a type does are no declarations.
+    let text = krl("REAL REAL_RPM\n", "REAL_RPM=900\nIF $IN[1] THEN\nREAL_RPM=5000\nENDIF\n");
+    let program = read(text.as_bytes(), Dialect::Krl, &by_signal("REAL_RPM", 1.0));
+    assert!(program.is_err() || doubts(&program.unwrap()).contains(&7));
     // KRL: a declaration, and values that depend on it.
     let body =
         "RPM=300\n$VEL.CP=RPM/30000.0\nWAIT SEC RPM/100\nIF RPM>2900 THEN\n$VEL.CP=0.5\nENDIF\n";
@@ -252,4 +288,39 @@ fn lines_that_set_nothing_leave_no_doubt() {
     let last = program.moves.last().unwrap();
     assert!((last.feed_m_per_s - 0.01).abs() < 1e-12, "{last:?}");
     assert_eq!(program.moves.len(), 3);
+}
+
+/// What changes with a number beside the path, and is told.
+#[test]
+fn what_else_a_number_means_is_told() {
+    let beside = |text: &str, dialect, job: &Settings, rpm: f64| {
+        let speeds = vec![NewSpeed { end: ALL, rpm, job_rpm: None }];
+        let to = Rewrite { speeds, keeps_chip_load: true };
+        rewrite(text.as_bytes(), dialect, job, &to).unwrap().beside
+    };
+    let own = "   4:  AO[1]=3000 ;\n   5:  R[2]=20 ;\n";
+    let text = tp(own).replace("P[2] 20mm", "P[2] R[2:feed]mm");
+    let job = of_tp(by_signal("AO[1]", 1.0));
+    assert_eq!(beside(&text, Dialect::Fanuc, &job, 2700.0), []);
+    let more = text.replace("/POS", "  10:  AO[2]=R[2] ;\n/POS");
+    let [(line, what)] = &beside(&more, Dialect::Fanuc, &job, 2700.0)[..] else { panic!() };
+    assert!(*line == 7 && what.contains("'r[2]' changes for line 9, too"), "{line} {what}");
+
+    let data = "PERS num nS:=3000;\n";
+    let body = "SetAO aoS,nS;\nMoveL q,v10,fine,tool0;";
+    let job = by_signal("aoS", 1.0);
+    assert_eq!(beside(&rapid(body, data), Dialect::Rapid, &job, 2700.0), []);
+    let also = format!("{body}\nSetAO aoCoolant,nS;");
+    let [(line, what)] = &beside(&rapid(&also, data), Dialect::Rapid, &job, 2700.0)[..] else {
+        panic!()
+    };
+    assert!(*line == 10 && what.contains("'ns' changes for line 8, too"), "{line} {what}");
+
+    let form =
+        ";FOLD LIN P2 Vel=0.02 m/s CPDAT1;%{PE}\n;FOLD Parameters ;%{h}\n;ENDFOLD\n$VEL.CP=0.02\n";
+    let text = krl("", &format!("SPIN(3000)\n{form}")).replace("\nEND\n", "\n;ENDFOLD\nEND\n");
+    let what = Setter::Procedure("SPIN".to_owned(), 1);
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
+    let [(line, what)] = &beside(&text, Dialect::Krl, &job, 2700.0)[..] else { panic!() };
+    assert!(*line == 8 && what.contains("inline form"), "{line} {what}");
 }
