@@ -113,8 +113,8 @@ pub(super) fn program_moves(
     }
 }
 
-/// Those of the names, in lower case, that stand in a text. `pr[14,3]` does where PR[14] stands, and
-/// where another register gives the number.
+/// Those of the names, in lower case, that stand in a text. `pr[14,3]` does where PR[14] stands,
+/// and where another register gives the number.
 fn named_in<'n, 't>(
     names: impl Iterator<Item = &'n String>,
     texts: impl Iterator<Item = &'t [u8]> + Clone,

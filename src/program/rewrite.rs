@@ -119,7 +119,7 @@ fn beside<'s>(
         if let Some(name) = datum_before(head, dialect) {
             let known = words.iter().filter(|word| word.span == Some(*span));
             let known: Vec<usize> = known.map(|word| word.line).chain([line]).collect();
-            let at = unread::named_at(text, dialect, &name, &known);
+            let at = unread::named_at(text, dialect, &name.to_lowercase(), &known);
             found.extend(at.map(|at| {
                 let what = format!(
                     "'{name}' changes for line {at}, too, where it is no speed that was read"
@@ -137,7 +137,7 @@ fn beside<'s>(
     found
 }
 
-/// The name, in lower case, of the datum or the register that what follows is given to.
+/// The name of the datum or the register that what follows is given to.
 fn datum_before(head: &str, dialect: Dialect) -> Option<String> {
     let (sign, list) = match dialect {
         Dialect::Rapid => (":=", false),
@@ -149,14 +149,14 @@ fn datum_before(head: &str, dialect: Dialect) -> Option<String> {
     if list {
         let register = left.rfind("R[").and_then(|at| left.get(at..))?;
         let number = register.trim_start_matches("R[").split([':', ']']).next()?;
-        return Some(format!("r[{}]", number.trim()));
+        return Some(format!("R[{}]", number.trim()));
     }
     let is_part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '$');
     let name = left.rsplit(|c| !is_part(c)).next().filter(|name| !name.is_empty())?;
     let before = left.strip_suffix(name)?;
     // `v10\V:=9` and `$VEL.CP=0.1` are no data.
     let is_datum = !before.ends_with(['\\', '.']) && !name.starts_with('$');
-    is_datum.then(|| name.to_lowercase())
+    is_datum.then(|| name.to_owned())
 }
 
 /// Whether what follows stands in an inline form whose line shows a speed.
@@ -425,8 +425,8 @@ impl<'a> Plan<'a> {
             if !ratios.into_iter().flatten().any(|ratio| keeps_pace(old, new, ratio)) {
                 return Some(match old.timing {
                     Timing::Seconds(was) => format!(
-                        "the time at line {line} would no longer be {} s: a number that changes sets \
-                         it, too",
+                        "the time at line {line} would no longer be {} s: a number that changes \
+                         sets it, too",
                         plain(was)
                     ),
                     _ => format!(

@@ -233,7 +233,7 @@ fn advice_is_written_in_the_units_of_what_sets_the_spindle() {
         assert!(bench.read("new.mod").contains(&new), "{new}: {}", bench.read("new.mod"));
         let steps =
             "operation 'contour': what sets the spindle takes whole numbers of 100 rpm each";
-        let shared = "'nS' changes for procedure 'two', too";
+        let shared = "'nS' changes for line";
         for said in [steps, shared] {
             assert_eq!(err(&ran).contains(said), step > 0.0, "{}", err(&ran));
         }

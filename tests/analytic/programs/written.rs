@@ -304,7 +304,7 @@ fn what_else_a_number_means_is_told() {
     assert_eq!(beside(&text, Dialect::Fanuc, &job, 2700.0), []);
     let more = text.replace("/POS", "  10:  AO[2]=R[2] ;\n/POS");
     let [(line, what)] = &beside(&more, Dialect::Fanuc, &job, 2700.0)[..] else { panic!() };
-    assert!(*line == 7 && what.contains("'r[2]' changes for line 9, too"), "{line} {what}");
+    assert!(*line == 7 && what.contains("'R[2]' changes for line 9, too"), "{line} {what}");
 
     let data = "PERS num nS:=3000;\n";
     let body = "SetAO aoS,nS;\nMoveL q,v10,fine,tool0;";
@@ -314,7 +314,7 @@ fn what_else_a_number_means_is_told() {
     let [(line, what)] = &beside(&rapid(&also, data), Dialect::Rapid, &job, 2700.0)[..] else {
         panic!()
     };
-    assert!(*line == 10 && what.contains("'ns' changes for line 8, too"), "{line} {what}");
+    assert!(*line == 10 && what.contains("'nS' changes for line 8, too"), "{line} {what}");
 
     let form =
         ";FOLD LIN P2 Vel=0.02 m/s CPDAT1;%{PE}\n;FOLD Parameters ;%{h}\n;ENDFOLD\n$VEL.CP=0.02\n";
