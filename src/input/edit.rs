@@ -12,7 +12,7 @@ use crate::formats::yaml::Step;
 use crate::formats::yaml::splice::{Entry, Splice, entries};
 use crate::job::SpindleSpeed;
 use crate::notes::{Code, Note, Place};
-use crate::program::{Dialect, Rewrite, Rewritten, rewrite};
+use crate::program::{Dialect, Rewrite, Rewritten, Settings, rewrite_all};
 
 /// What changes in one operation.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -117,22 +117,33 @@ fn change_speed(
     }
 }
 
-/// The program `file` of a job with other speeds.
+/// The program `file` of a job with other speeds: `to` has what each operation that runs it is to
+/// have, in order.
 ///
 /// # Errors
-/// It cannot be read or rewritten, or its extension is that of no dialect.
-pub fn rewritten_program(job: &Path, file: &Path, to: &Rewrite) -> Result<Rewritten, Note> {
+/// It cannot be read or rewritten, or not so that each runs as it is to; its extension is that of
+/// no dialect.
+pub fn rewritten_program(job: &Path, file: &Path, to: &[Rewrite]) -> Result<Rewritten, Note> {
     let mut reading = Reading::default();
     // The job is valid: what it says beside the program is wanted.
     drop(read_job(job, &mut reading));
-    let mut programs = reading.programs.into_iter();
-    let settings = programs.find(|(read, _)| is_one_place(read, file));
-    let settings = settings.map(|(_, settings)| settings).unwrap_or_default();
+    let own = reading.programs.into_iter().filter(|(read, _)| is_one_place(read, file));
+    let mut runs: Vec<(Settings, &Rewrite)> = Vec::new();
+    for run in own.map(|(_, settings)| settings).zip(to) {
+        if !runs.contains(&run) {
+            runs.push(run);
+        }
+    }
     let bytes = read_bytes(file, MAX_FILE_BYTES)?;
     let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(file), what);
     let dialect = Dialect::of_file(file)
         .ok_or_else(|| fault("is not in a supported dialect (RAPID, APT/CL, G-code)"))?;
-    rewrite(&bytes, dialect, &settings, to).map_err(|why| fault(&why.what))
+    let runs: Vec<(&Settings, &Rewrite)> =
+        runs.iter().map(|(settings, to)| (settings, *to)).collect();
+    if runs.is_empty() {
+        return Err(fault("is run by no operation"));
+    }
+    rewrite_all(&bytes, dialect, &runs).map_err(|why| fault(&why.what))
 }
 
 /// Where the values stand that may change.

@@ -61,7 +61,7 @@ mod tool_axis;
 mod unit_watch;
 mod unread;
 
-pub use rewrite::{NewSpeed, Rewrite, Rewritten, rewrite};
+pub use rewrite::{NewSpeed, Rewrite, Rewritten, rewrite, rewrite_all};
 pub use settings::{
     Assumed, Companion, Coordinates, DwellUnit, ExternalAxis, J3From, LengthUnit, RotaryAxis,
     SetBy, Setter, Settings,

@@ -74,33 +74,64 @@ pub fn rewrite(
     settings: &Settings,
     to: &Rewrite,
 ) -> Result<Rewritten, Note> {
-    let at = || Place { line: Some(1), ..Place::default() };
-    let fault = |what: &str| Note::error(Code::NotWritten, at(), what);
-    let refused = |what: String| fault(&format!("is not rewritten: {what}"));
-    let settings = Settings { feed_m_per_s: Some(FEED_OF_JOB_M_PER_S), ..settings.clone() };
-    let reread = |bytes: &[u8]| {
-        read(bytes, dialect, &settings).map_err(|notes| {
-            fault(notes.first().map_or("is not understood", |note| note.what.as_str()))
-        })
-    };
-    let before = reread(bytes)?;
+    rewrite_all(bytes, dialect, &[(settings, to)])
+}
+
+/// The same of a program that is run in several ways, each with its own settings: from another
+/// procedure, or again.
+///
+/// # Errors
+/// As above, of any.
+pub fn rewrite_all(
+    bytes: &[u8],
+    dialect: Dialect,
+    runs: &[(&Settings, &Rewrite)],
+) -> Result<Rewritten, Note> {
     let decoded = text::decode(bytes)?;
-    let plan = Plan::new(&before.moves, to);
-    let changes = changes(&before.words, &plan, &decoded.text).map_err(refused)?;
-    if changes.speeds == 0 {
-        return Err(refused(no_speed(&before.words, dialect, &settings)));
+    let read: Vec<Program> = runs
+        .iter()
+        .map(|(settings, _)| reread(bytes, dialect, settings))
+        .collect::<Result<_, _>>()?;
+    let mut changes = Changes::default();
+    for (before, (settings, to)) in read.iter().zip(runs) {
+        let plan = Plan::new(&before.moves, to);
+        let speeds = changes.add(&before.words, &plan, &decoded.text).map_err(refused)?;
+        if speeds == 0 {
+            return Err(refused(no_speed(&before.words, dialect, settings)));
+        }
     }
+    let words: Vec<&Word> = read.iter().flat_map(|before| &before.words).collect();
     let out = Rewritten {
         bytes: spliced(bytes, &decoded, &changes.texts),
         speeds: changes.speeds,
         feeds: changes.feeds,
         feeds_per_revolution: changes.feeds_per_revolution,
-        beside: beside(&decoded.text, dialect, &before.words, changes.texts.keys()),
+        beside: beside(&decoded.text, dialect, &words, changes.texts.keys()),
     };
-    match plan.mismatch(&before, &reread(&out.bytes)?) {
-        None => Ok(out),
-        Some(what) => Err(refused(what)),
+    for (before, (settings, to)) in read.iter().zip(runs) {
+        let after = reread(&out.bytes, dialect, settings)?;
+        if let Some(what) = Plan::new(&before.moves, to).mismatch(before, &after) {
+            return Err(refused(what));
+        }
     }
+    Ok(out)
+}
+
+/// Reads a program with a feed of the job that is known again.
+fn reread(bytes: &[u8], dialect: Dialect, settings: &Settings) -> Result<Program, Note> {
+    let settings = Settings { feed_m_per_s: Some(FEED_OF_JOB_M_PER_S), ..settings.clone() };
+    read(bytes, dialect, &settings).map_err(|notes| {
+        fault(notes.first().map_or("is not understood", |note| note.what.as_str()))
+    })
+}
+
+fn fault(what: &str) -> Note {
+    let at = Place { line: Some(1), ..Place::default() };
+    Note::error(Code::NotWritten, at, what)
+}
+
+fn refused(what: String) -> Note {
+    fault(&format!("is not rewritten: {what}"))
 }
 
 /// Of numbers that change: data that stand at other lines, too; inline forms of KRL that still show
@@ -108,7 +139,7 @@ pub fn rewrite(
 fn beside<'s>(
     text: &str,
     dialect: Dialect,
-    words: &[Word],
+    words: &[&Word],
     spans: impl Iterator<Item = &'s Span>,
 ) -> Vec<(usize, String)> {
     let mut found = Vec::new();
@@ -206,77 +237,81 @@ struct Changes {
     feeds_per_revolution: usize,
 }
 
-fn changes(words: &[Word], plan: &Plan<'_>, text: &str) -> Result<Changes, String> {
-    let mut found = Changes::default();
-    for (word, holds) in words.iter().zip(plan.holding(words)) {
-        if !holds {
-            continue;
-        }
-        let change = plan.at_move(word.from_move);
-        let of_feed = |value: f64| {
-            let new = value * change.feed_ratio;
-            (value, new, COARSE * new)
-        };
-        let (value, new, slack) = match word.states {
-            States::Spindle { value, rpm_per_unit, whole } => {
-                // What takes whole numbers alone is seen to miss the speed when it is read again.
-                let slack = if whole { 0.5 } else { COARSE_RPM / rpm_per_unit };
-                (value, change.rpm / rpm_per_unit, slack)
+impl Changes {
+    /// What one way to run the program asks for; how many of its numbers are spindle speeds.
+    fn add(&mut self, words: &[Word], plan: &Plan<'_>, text: &str) -> Result<usize, String> {
+        let mut speeds = 0;
+        for (word, holds) in words.iter().zip(plan.holding(words)) {
+            if !holds {
+                continue;
             }
-            States::Feed { value } => of_feed(value),
-            States::NamedFeed { mm_per_s, .. } => of_feed(mm_per_s),
-            States::Seconds { value } => {
-                let new = value / change.feed_ratio;
+            let change = plan.at_move(word.from_move);
+            let of_feed = |value: f64| {
+                let new = value * change.feed_ratio;
                 (value, new, COARSE * new)
-            }
-            States::FeedPerRevolution => {
-                found.feeds_per_revolution += 1;
-                continue;
-            }
-            States::Tap => {
-                let Change { turns_ratio, feed_ratio, .. } = change;
-                if (turns_ratio - feed_ratio).abs() > SLACK * turns_ratio {
-                    let what = "it taps (G84, G74, cycle 206, CYCLE/TAP), and with this feed the \
-                                pitch would change";
-                    return Err(what.to_owned());
+            };
+            let (value, new, slack) = match word.states {
+                States::Spindle { value, rpm_per_unit, whole } => {
+                    // Whether a whole number misses the speed is seen when it is read again.
+                    let slack = if whole { 0.5 } else { COARSE_RPM / rpm_per_unit };
+                    (value, change.rpm / rpm_per_unit, slack)
                 }
-                continue;
-            }
-        };
-        let is_speed = matches!(word.states, States::Spindle { .. });
-        // What is computed stays; whether that is right is seen when the result is read.
-        let Some(span) = word.span else { continue };
-        let old = text.get(span.start..span.end).unwrap_or("");
-        let written = match word.states {
-            States::Spindle { whole: true, .. } => written(new.round(), 0, slack),
-            States::Spindle { .. } => written(new, 0, slack),
-            _ => written(new, 3, slack),
-        };
-        let new = match word.states {
-            _ if written.parse() == Ok(value) => old.to_owned(),
-            States::NamedFeed { takes_v: true, .. } => format!("{old}\\V:={written}"),
-            // v_ori, v_leax and v_reax of the language's own speeds.
-            States::NamedFeed { .. } => format!("[{written},500,5000,1000]"),
-            _ => number_like(old, written),
-        };
-        match found.texts.get(&span) {
-            None => {
-                found.speeds += usize::from(is_speed);
-                found.feeds += usize::from(!is_speed);
-                found.texts.insert(span, new);
-            }
-            Some(other) if *other == new => {}
-            Some(other) => {
-                return Err(format!(
-                    "'{old}' is one number for several moves, {} among them, of which some need \
-                     {other} and others {new}: state a number for each, or have both run at one \
-                     speed",
-                    format_args!("those behind line {}", word.line)
-                ));
+                States::Feed { value } => of_feed(value),
+                States::NamedFeed { mm_per_s, .. } => of_feed(mm_per_s),
+                States::Seconds { value } => {
+                    let new = value / change.feed_ratio;
+                    (value, new, COARSE * new)
+                }
+                States::FeedPerRevolution => {
+                    self.feeds_per_revolution += 1;
+                    continue;
+                }
+                States::Tap => {
+                    let Change { turns_ratio, feed_ratio, .. } = change;
+                    if (turns_ratio - feed_ratio).abs() > SLACK * turns_ratio {
+                        let what = "it taps (G84, G74, cycle 206, CYCLE/TAP), and with this \
+                                    feed the pitch would change";
+                        return Err(what.to_owned());
+                    }
+                    continue;
+                }
+            };
+            let is_speed = matches!(word.states, States::Spindle { .. });
+            // What is computed stays; whether that is right is seen when the result is read.
+            let Some(span) = word.span else { continue };
+            let old = text.get(span.start..span.end).unwrap_or("");
+            let written = match word.states {
+                States::Spindle { whole: true, .. } => written(new.round(), 0, slack),
+                States::Spindle { .. } => written(new, 0, slack),
+                _ => written(new, 3, slack),
+            };
+            let new = match word.states {
+                _ if written.parse() == Ok(value) => old.to_owned(),
+                States::NamedFeed { takes_v: true, .. } => format!("{old}\\V:={written}"),
+                // v_ori, v_leax and v_reax of the language's own speeds.
+                States::NamedFeed { .. } => format!("[{written},500,5000,1000]"),
+                _ => number_like(old, written),
+            };
+            speeds += usize::from(is_speed);
+            match self.texts.get(&span) {
+                None => {
+                    self.speeds += usize::from(is_speed);
+                    self.feeds += usize::from(!is_speed);
+                    self.texts.insert(span, new);
+                }
+                Some(other) if *other == new => {}
+                Some(other) => {
+                    return Err(format!(
+                        "'{old}' is one number for several moves, those behind line {} among \
+                         them, of which some need {other} and others {new}: state a number for \
+                         each, or have both run at one speed",
+                        word.line
+                    ));
+                }
             }
         }
+        Ok(speeds)
     }
-    Ok(found)
 }
 
 /// A number with a decimal point where the one before had one.

@@ -340,14 +340,14 @@ fn written_feed(feed_m_per_s: f64) -> f64 {
     if rounded > 0.0 { rounded } else { feed }
 }
 
-/// The one program of the job and the speeds that its stretches are to run at; or why there is
-/// none.
+/// The one program of the job and the speeds that its stretches are to run at, by the operations
+/// that run it; or why there is none.
 fn program_rewrite<'j>(
     job: &'j Job,
     advice: &[OperationAdvice],
     feed: FeedRule,
-) -> Result<(&'j Path, Rewrite), String> {
-    let mut wanted: Option<(&Path, Rewrite)> = None;
+) -> Result<(&'j Path, Vec<Rewrite>), String> {
+    let mut wanted: Option<(&Path, Vec<Rewrite>)> = None;
     let both: Vec<(&Operation, &OperationAdvice)> = job.operations.iter().zip(advice).collect();
     for entry in both.chunk_by(|(a, _), (b, _)| a.entry == b.entry) {
         let Some((Operation { program: Some(program), .. }, _)) = entry.first() else { continue };
@@ -377,16 +377,12 @@ fn program_rewrite<'j>(
                 job_rpm: (!operation.is_speed_of_program).then_some(advice.programmed_rpm),
             });
         }
-        let this =
-            (program.as_path(), Rewrite { speeds, keeps_chip_load: feed == FeedRule::ChipLoad });
-        if wanted.as_ref().is_some_and(|before| *before != this) {
-            return Err(
-                "the operations run several programs, or one program at several speeds; split the \
-                 job"
-                .to_owned(),
-            );
+        let this = Rewrite { speeds, keeps_chip_load: feed == FeedRule::ChipLoad };
+        let (first, all) = wanted.get_or_insert_with(|| (program.as_path(), Vec::new()));
+        if *first != program.as_path() {
+            return Err("the operations run several programs; split the job".to_owned());
         }
-        wanted = Some(this);
+        all.push(this);
     }
     wanted.ok_or_else(|| "the job runs no program".to_owned())
 }

@@ -246,6 +246,43 @@ fn advice_is_written_in_the_units_of_what_sets_the_spindle() {
     }
 }
 
+/// Two operations run two procedures of one module: both are written into one file.
+#[test]
+fn advice_for_two_procedures_is_written_into_one_module() {
+    let bench = Bench::new();
+    let program = bench.read("contour.mod");
+    let (head, body) = program.split_once("PROC main()").unwrap();
+    let (body, end) = body.split_once("ENDPROC").unwrap();
+    let procedure = |name: &str| format!("PROC {name}()\nSetAO aoS, 3000;{body}ENDPROC\n");
+    bench.add("p.mod", &format!("{head}{}{}{}", procedure("one"), procedure("two"), &end));
+    let job = contour(3000.0, "p.mod", "").replace("    spindle_rpm: 3000\n", "");
+    let job = job.replace("    feed_mm_per_min: 600\n", "");
+    let of = |procedure: &str| {
+        let by = "spindle_from: {signal: aoS, rpm_per_unit: 1}";
+        format!("    path: {{program: {{file: p.mod, procedure: {procedure}, {by}}}}}\n")
+    };
+    let two = format!("{}  - name: second\n{}", of("one"), of("two"));
+    let job = job.replace("    path: {program: {file: p.mod}}\n", &two);
+    bench.add("job.yaml", &job);
+    let ran = bench.run(&[
+        "advise",
+        "job.yaml",
+        "--format",
+        "json",
+        "--write",
+        "new.yaml",
+        "--write-program",
+        "new.mod",
+    ]);
+    assert_eq!(code(&ran), 0, "{}", err(&ran));
+    let advice: Value = serde_json::from_slice(&ran.stdout).unwrap();
+    let rpm = advice["operations"][1]["recommended_rpm"].as_f64().unwrap();
+    let written = bench.read("new.mod");
+    assert_eq!(written.matches(&format!("SetAO aoS, {rpm};")).count(), 2, "{rpm}: {written}");
+    let ran = bench.run(&["check", "new.yaml", "--fail-on", "resonance"]);
+    assert_eq!(code(&ran), 0, "{}{}", out(&ran), err(&ran));
+}
+
 /// What is wrong with a path is wrong once, however often its program changes speed.
 #[test]
 fn the_errors_of_a_divided_path_are_listed_once() {
