@@ -74,7 +74,7 @@ pub(super) fn settle(problem: &SpeedProblem, gap: Speeds, wished_rpm: f64) -> Op
         }
     };
     let wide = inside(GUARD_RPM);
-    /// Of what a step and its multiples are off by.
+    /// A multiple of a step is off by less than this share.
     const ROUNDING: f64 = 1e-12;
     let can_be_set = |rpm: f64| {
         let off = |step: f64| ((rpm / step).round() * step - rpm).abs();

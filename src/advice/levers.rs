@@ -111,13 +111,7 @@ pub(super) fn levers(
 ) -> Result<Vec<Lever>, Note> {
     let mut found = Vec::new();
     let own = lines(&operation.tool, &job.policy);
-    let problem = SpeedProblem {
-        ranges,
-        lines: &own,
-        rules,
-        spindle: &job.spindle,
-        step_rpm: operation.speed_step_rpm,
-    };
+    let problem = SpeedProblem::of((job, operation), rules, ranges, &own);
     for tool in job.levers.tools_on_hand.iter().chain(&evenly_pitched(&operation.tool)) {
         let lines = lines(tool, &job.policy);
         let problem = SpeedProblem { lines: &lines, ..problem };
@@ -336,12 +330,6 @@ fn tried(
         Counting { rules: &rules, spindle: SpindleProfile::new(&operation.speed, &path) };
     let (ranges, _) = mode_ranges(&path, &counting, survey)?;
     let lines = lines(&operation.tool, &job.policy);
-    let problem = SpeedProblem {
-        ranges: &ranges,
-        lines: &lines,
-        rules: &rules,
-        spindle: &job.spindle,
-        step_rpm: operation.speed_step_rpm,
-    };
+    let problem = SpeedProblem::of((job, operation), &rules, &ranges, &lines);
     Ok(Some(lever(&problem, change, programmed_rpm)))
 }

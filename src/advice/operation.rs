@@ -167,13 +167,7 @@ fn advise_path(
     };
     let Choice { ranges, set, rpm, quietest, survey } =
         settled(job, operation, path, &counting, &wish, survey)?;
-    let problem = SpeedProblem {
-        ranges: &ranges,
-        lines: &lines,
-        rules: &rules,
-        spindle: &job.spindle,
-        step_rpm: operation.speed_step_rpm,
-    };
+    let problem = SpeedProblem::of((job, operation), &rules, &ranges, &lines);
     let limits = Limits {
         job,
         operation,
@@ -324,13 +318,12 @@ fn settled(
     wish: &Wish,
     mut survey: Survey,
 ) -> Result<Choice, Note> {
-    let (rules, spindle) = (counting.rules, &job.spindle);
+    let rules = counting.rules;
     let lines = &lines(&operation.tool, &job.policy);
     let mut look = 0;
     loop {
         let (ranges, refined) = mode_ranges(path, counting, survey)?;
-        let step_rpm = operation.speed_step_rpm;
-        let problem = SpeedProblem { ranges: &ranges, lines, rules, spindle, step_rpm };
+        let problem = SpeedProblem::of((job, operation), rules, &ranges, lines);
         let set = problem.divide(rules.half_width());
         let quietest = (wish.quietest_of)(&set);
         let best_first = match wish.objective {

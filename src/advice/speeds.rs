@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::excitation::{ExcitationLine, WithoutOrder};
-use crate::job::{Policy, Spindle};
+use crate::job::{Job, Operation, Policy, Spindle};
 use crate::risk::Rules;
 use crate::units::{hz_from_rpm, rpm_from_hz, written};
 
@@ -136,7 +136,18 @@ pub(super) struct SpeedProblem<'a> {
     pub(super) step_rpm: Option<f64>,
 }
 
-impl SpeedProblem<'_> {
+impl<'a> SpeedProblem<'a> {
+    /// Of an operation with its own spindle.
+    pub(super) fn of(
+        (job, operation): (&'a Job, &Operation),
+        rules: &'a Rules<'a>,
+        ranges: &'a [ModeRange],
+        lines: &'a [ExcitationLine],
+    ) -> Self {
+        let step_rpm = operation.speed_step_rpm;
+        Self { ranges, lines, rules, spindle: &job.spindle, step_rpm }
+    }
+
     /// Blocks of bands of half width `half_width` (a share of the frequency), ascending.
     fn blocks(&self, half_width: f64) -> Vec<Block> {
         let mut blocks = Vec::new();

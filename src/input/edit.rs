@@ -127,22 +127,21 @@ pub fn rewritten_program(job: &Path, file: &Path, to: &[Rewrite]) -> Result<Rewr
     let mut reading = Reading::default();
     // The job is valid: what it says beside the program is wanted.
     drop(read_job(job, &mut reading));
-    let own = reading.programs.into_iter().filter(|(read, _)| is_one_place(read, file));
-    let mut runs: Vec<(Settings, &Rewrite)> = Vec::new();
-    for run in own.map(|(_, settings)| settings).zip(to) {
+    let own = reading.programs.iter().filter(|(read, _)| is_one_place(read, file));
+    let own: Vec<&Settings> = own.map(|(_, settings)| settings).collect();
+    let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(file), what);
+    if own.is_empty() || own.len() != to.len() {
+        return Err(fault("changed during the run: another number of operations runs it"));
+    }
+    let mut runs: Vec<(&Settings, &Rewrite)> = Vec::new();
+    for run in own.into_iter().zip(to) {
         if !runs.contains(&run) {
             runs.push(run);
         }
     }
     let bytes = read_bytes(file, MAX_FILE_BYTES)?;
-    let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(file), what);
     let dialect = Dialect::of_file(file)
         .ok_or_else(|| fault("is not in a supported dialect (RAPID, APT/CL, G-code)"))?;
-    let runs: Vec<(&Settings, &Rewrite)> =
-        runs.iter().map(|(settings, to)| (settings, *to)).collect();
-    if runs.is_empty() {
-        return Err(fault("is run by no operation"));
-    }
     rewrite_all(&bytes, dialect, &runs).map_err(|why| fault(&why.what))
 }
 

@@ -324,10 +324,11 @@ impl Log {
         self.set_by.contains(&line)
     }
 
-    /// Whether the program sets the spindle before anything moves: the first of all moves goes to
-    /// where the path starts.
+    /// Whether the program sets a speed of the spindle that is known before anything moves: the
+    /// first of all moves goes to where the path starts.
     pub(super) fn starts_under_speed(&self) -> bool {
-        self.spindle.first().is_some_and(|first| first.from_move <= 1)
+        let first = self.spindle.first();
+        first.is_some_and(|first| first.from_move <= 1 && first.spindle.rpm().is_some())
     }
 
     /// Whether the path has started.

@@ -40,6 +40,7 @@
 
 mod apt;
 mod arc;
+mod beside;
 mod cell;
 mod corner;
 mod cutter;

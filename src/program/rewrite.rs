@@ -7,10 +7,11 @@
 
 use std::collections::BTreeMap;
 
+use super::beside::beside;
 use super::log::{States, Word};
 use super::span::Span;
 use super::text::{self, Decoded};
-use super::{Dialect, Program, Settings, read, unread};
+use super::{Dialect, Program, Settings, read};
 use crate::motion::{Move, Spindle, Timing};
 use crate::notes::{Code, Note, Place};
 use crate::wording::plain;
@@ -100,13 +101,13 @@ pub fn rewrite_all(
             return Err(refused(no_speed(&before.words, dialect, settings)));
         }
     }
-    let words: Vec<&Word> = read.iter().flat_map(|before| &before.words).collect();
+    let words = read.iter().flat_map(|before| &before.words);
     let out = Rewritten {
         bytes: spliced(bytes, &decoded, &changes.texts),
         speeds: changes.speeds,
         feeds: changes.feeds,
         feeds_per_revolution: changes.feeds_per_revolution,
-        beside: beside(&decoded.text, dialect, &words, changes.texts.keys()),
+        beside: beside(&decoded.text, dialect, words, &changes.texts),
     };
     for (before, (settings, to)) in read.iter().zip(runs) {
         let after = reread(&out.bytes, dialect, settings)?;
@@ -132,75 +133,6 @@ fn fault(what: &str) -> Note {
 
 fn refused(what: String) -> Note {
     fault(&format!("is not rewritten: {what}"))
-}
-
-/// Of numbers that change: data that stand at other lines, too; inline forms of KRL that still show
-/// the old one.
-fn beside<'s>(
-    text: &str,
-    dialect: Dialect,
-    words: &[&Word],
-    spans: impl Iterator<Item = &'s Span>,
-) -> Vec<(usize, String)> {
-    let mut found = Vec::new();
-    for span in spans {
-        let Some(before) = text.get(..span.start) else { continue };
-        let line = before.matches('\n').count() + 1;
-        let head = before.rsplit('\n').next().unwrap_or("");
-        if let Some(name) = datum_before(head, dialect) {
-            let known = words.iter().filter(|word| word.span == Some(*span));
-            let known: Vec<usize> = known.map(|word| word.line).chain([line]).collect();
-            let at = unread::named_at(text, dialect, &name.to_lowercase(), &known);
-            found.extend(at.map(|at| {
-                let what = format!(
-                    "'{name}' changes for line {at}, too, where it is no speed that was read"
-                );
-                (line, what)
-            }));
-        }
-        if dialect == Dialect::Krl && is_shown_by_form(before) {
-            let what = "the inline form around it still shows the old speed, which the pendant \
-                        writes back when the form is changed or the point taught";
-            found.push((line, what.to_owned()));
-        }
-    }
-    found.dedup();
-    found
-}
-
-/// The name of the datum or the register that what follows is given to.
-fn datum_before(head: &str, dialect: Dialect) -> Option<String> {
-    let (sign, list) = match dialect {
-        Dialect::Rapid => (":=", false),
-        Dialect::Krl => ("=", false),
-        Dialect::Fanuc => ("=", true),
-        _ => return None,
-    };
-    let left = head.split(sign).next().filter(|left| left.len() < head.len())?.trim_end();
-    if list {
-        let register = left.rfind("R[").and_then(|at| left.get(at..))?;
-        let number = register.trim_start_matches("R[").split([':', ']']).next()?;
-        return Some(format!("R[{}]", number.trim()));
-    }
-    let is_part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '$');
-    let name = left.rsplit(|c| !is_part(c)).next().filter(|name| !name.is_empty())?;
-    let before = left.strip_suffix(name)?;
-    // `v10\V:=9` and `$VEL.CP=0.1` are no data.
-    let is_datum = !before.ends_with(['\\', '.']) && !name.starts_with('$');
-    is_datum.then(|| name.to_owned())
-}
-
-/// Whether what follows stands in an inline form whose line shows a speed.
-fn is_shown_by_form(before: &str) -> bool {
-    let mut open: Vec<String> = Vec::new();
-    for line in before.lines().map(str::to_lowercase) {
-        if line.trim_start().starts_with(";fold") {
-            open.push(line);
-        } else if line.trim_start().starts_with(";endfold") {
-            open.pop();
-        }
-    }
-    open.iter().any(|title| title.contains("vel="))
 }
 
 /// Why no number of the text is a speed that can be changed.

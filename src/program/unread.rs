@@ -97,18 +97,6 @@ pub(super) fn left_over(ran: &[bool], end: usize, heads: &HashSet<usize>) -> Vec
     left
 }
 
-/// The first line of code, but for those that are known, that names a datum.
-pub(super) fn named_at(text: &str, dialect: Dialect, name: &str, known: &[usize]) -> Option<usize> {
-    let names = [name.to_owned()];
-    let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line));
-    let found = lines.find(|(line, whole)| {
-        let code = code_of(whole, dialect, &names);
-        let is_named = stands_alone(&code, name).next().is_some();
-        !known.contains(line) && !is_definition(&code, dialect) && is_named
-    });
-    found.map(|(line, _)| line)
-}
-
 /// What stands before and behind a name wherever it is a word of its own; `r[1]` also as
 /// `r[1:comment]`.
 fn stands_alone<'c>(code: &'c str, name: &'c str) -> impl Iterator<Item = (&'c str, &'c str)> {
@@ -127,7 +115,7 @@ fn stands_alone<'c>(code: &'c str, name: &'c str) -> impl Iterator<Item = (&'c s
 
 /// A line in lower case without its comment, and in RAPID and KRL without texts, unless they are
 /// one of the names.
-fn code_of(line: &str, dialect: Dialect, names: &[String]) -> String {
+pub(super) fn code_of(line: &str, dialect: Dialect, names: &[String]) -> String {
     let mark = if dialect == Dialect::Krl { ';' } else { '!' };
     let has_texts = dialect != Dialect::Fanuc;
     let mut code = String::with_capacity(line.len());
@@ -151,7 +139,7 @@ fn code_of(line: &str, dialect: Dialect, names: &[String]) -> String {
 }
 
 /// The head of the procedure itself, or a declaration.
-fn is_definition(code: &str, dialect: Dialect) -> bool {
+pub(super) fn is_definition(code: &str, dialect: Dialect) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
     let mut words = code.split(|c| !is_part(c)).filter(|word| !word.is_empty());
     let first: Vec<&str> = words.by_ref().take(3).collect();

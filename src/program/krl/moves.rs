@@ -33,7 +33,8 @@ impl<'a> Run<'a> {
         self.forget_sharing(&key);
         // A datum may round what it is set to.
         let declared = self.type_of(&key).filter(|_| path.fields.is_empty());
-        let is_datum = declared.is_some() && !self.timed.contains(&key);
+        let is_timed = self.timed.contains(&key) || self.timed.contains(base(&key));
+        let is_datum = declared.is_some() && !is_timed;
         let held = if is_datum { value.clone().held_as(declared) } else { value.clone() };
         if self.sets_signal(line, &key, &held) {
             if is_datum && let Err(why) = self.write(path, value) {
@@ -55,7 +56,7 @@ impl<'a> Run<'a> {
         match self.set_motion(line, path, &value) {
             Ok(true) => {}
             // Last by the program or by what the run decides.
-            Ok(false) if self.timed.contains(&key) || self.timed.contains(base(&key)) => {
+            Ok(false) if is_timed => {
                 let what =
                     format!("'{}' is set by a trigger, an interrupt or a pulse, too", path.name);
                 self.forget(path, &what);

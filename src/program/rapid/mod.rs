@@ -30,6 +30,7 @@ mod traps;
 mod value;
 mod walk;
 
+use std::collections::HashSet;
 use std::ops::RangeInclusive;
 
 use super::cell::Comments;
@@ -54,9 +55,10 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
             let comments = Comments::of(text, '!', settings);
             let mut interpreter = Interpreter::new(&file, settings, comments, log);
             interpreter.given_on = set_by::given_on(&file, settings);
-            interpreter.stands_for = walk::undeclared_frames(&file, routine);
+            let reached = walk::reached(&file, routine);
+            interpreter.stands_for = walk::undeclared_frames(&file, reached.as_ref());
             interpreter.run(routine, &arguments);
-            let idle = idle(&file, routine, log);
+            let idle = idle(&file, reached.as_ref(), log);
             unread::setters(text, Dialect::Rapid, settings, &idle, log);
         }
         Err(what) => log.error(Code::Reference, 1, what),
@@ -65,8 +67,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
 
 /// The lines of procedures that nothing calls. Where the program moves before it has set the
 /// spindle none count: another may have set it.
-fn idle(file: &File, entry: &Routine, log: &Log) -> Vec<RangeInclusive<usize>> {
-    let Some(reached) = walk::reached(file, entry).filter(|_| log.starts_under_speed()) else {
+fn idle(file: &File, reached: Option<&HashSet<&str>>, log: &Log) -> Vec<RangeInclusive<usize>> {
+    let Some(reached) = reached.filter(|_| log.starts_under_speed()) else {
         return Vec::new();
     };
     let idle = file.procedures.iter().filter(|(key, _)| !reached.contains(key.as_str()));

@@ -74,17 +74,23 @@ impl<'a> Interpreter<'a> {
 
     /// Tells of tool0 and wobj0 where the job gives a frame that stands for others: a doubt where
     /// the tool is led, and the job may mean it for these.
-    fn tell_own_frames(&mut self, line: usize, way: Way, tool: &Expr, work_object: Option<&Value>) {
+    fn tell_own_frames(
+        &mut self,
+        line: usize,
+        way: Way,
+        tool: &'a Expr,
+        work_object: Option<&Value>,
+    ) {
         // Each in words of its own: the same words are told once.
         let (code, shown) = match way {
             Way::Joint => (Code::Assumed, "a joint move"),
             _ => (Code::ChangeIgnored, "a line or arc"),
         };
         let Named { tool: for_tools, work_object: for_objects } = self.stands_for;
-        let is_tool0 = matches!(tool, Expr::Ref(path) if path.name.key == "tool0");
+        let is_tool0 = for_tools && self.eval(tool) == Value::Tool0;
         let is_wobj0 = matches!(work_object, None | Some(Value::Wobj0));
         for (is_told, name, of_job) in [
-            (for_tools && is_tool0 && self.settings.tcp.is_some(), "tool0", "tcp"),
+            (is_tool0 && self.settings.tcp.is_some(), "tool0", "tcp"),
             (
                 for_objects && is_wobj0 && self.settings.work_object.is_some(),
                 "wobj0",

@@ -80,12 +80,11 @@ pub(super) struct Named {
     pub(super) work_object: bool,
 }
 
-/// Whether what may run moves with a tool, and in a work object, that no file that is read
-/// declares.
-pub(super) fn undeclared_frames(file: &File, entry: &Routine) -> Named {
+/// Whether what may run, all where that is not known, moves with a tool, and in a work object, that
+/// no file that is read declares.
+pub(super) fn undeclared_frames(file: &File, reached: Option<&HashSet<&str>>) -> Named {
     let mut found = Named::default();
-    let reached = reached(file, entry);
-    let may_run = |key: &String| reached.as_ref().is_none_or(|own| own.contains(key.as_str()));
+    let may_run = |key: &String| reached.is_none_or(|own| own.contains(key.as_str()));
     let procedures = file.procedures.iter().filter(|(key, _)| may_run(key));
     let routines = procedures.map(|(_, own)| own).chain(file.functions.values());
     let bodies = routines.map(|own| (own_names(own), &own.body));

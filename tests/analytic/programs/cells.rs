@@ -301,6 +301,8 @@ fn tool0_and_wobj0_beside_frames_that_no_file_declares() {
     let routine = "PROC cut(PERS tooldata t)\nMoveL p1,v100,fine,t;\nENDPROC";
     let given = abb(&format!("{own}\ncut tX;"), routine, &job);
     assert_eq!((given.moves[1].tcp.translation.z, given.moves[2].tcp.translation.z), (0.0, 0.2));
+    let flange = doubts(&abb(&format!("{other}\ncut tool0;"), routine, &job));
+    assert!(flange.iter().any(|(code, _)| *code == Code::ChangeIgnored), "{flange:?}");
 }
 
 /// A base by number that no file gives matters to what moves in it alone.
