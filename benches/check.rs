@@ -15,7 +15,7 @@ use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, Spin
 use detune::map::{FrequencyMap, Method, Reduction};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
-use detune::motion::{Move, Target, Timing};
+use detune::motion::{Move, Target, Timing, Work};
 use detune::progress::silent;
 use detune::risk::assess;
 use detune::study;
@@ -82,6 +82,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
                 to: Target::Joints(q),
                 feed_m_per_s: 0.02,
                 tcp: Isometry3::translation(0.0, 0.0, 0.15),
+                work: Work::Stands,
                 line: i + 1,
                 timing: Timing::Feed,
                 spindle_turns: true,

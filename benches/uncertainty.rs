@@ -15,7 +15,7 @@ use detune::input::{Reading, read_described_robot};
 use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::modes::batch::Kernel;
-use detune::motion::{Move, Target, Timing};
+use detune::motion::{Move, Target, Timing, Work};
 use detune::path::{Path, Survey, grid};
 use detune::progress::silent;
 use detune::risk::{
@@ -55,6 +55,7 @@ fn job(robot: &Arc<Robot>) -> Job {
         to: Target::Joints(q.iter().map(|angle: &f64| angle.to_radians()).collect()),
         feed_m_per_s: 0.01,
         tcp: Isometry3::translation(0.0, 0.0, 0.15),
+        work: Work::Stands,
         line: i + 1,
         timing: Timing::Feed,
         spindle_turns: true,

@@ -1,8 +1,12 @@
 //! What a robot is to do: moves to targets, each with the line of the file that asks for it.
 
+mod work;
+
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, Vector3};
+
+pub use work::{MechanicalUnit, UnitAxis, UnitMove, Work};
 
 /// One move: from wherever the robot stands to a target. The first move of an operation is where
 /// the operation starts.
@@ -14,8 +18,10 @@ pub struct Move {
     pub feed_m_per_s: f64,
     /// What sets how long it takes.
     pub timing: Timing,
-    /// Tool centre point in the tip frame.
+    /// Tool centre point in the tip frame; in the base frame where the arm holds the work.
     pub tcp: Isometry3<f64>,
+    /// Where the work is.
+    pub work: Work,
     /// Line of the file (job or program) that asks for this move, counted from 1.
     pub line: usize,
     /// Whether the spindle turns on the way; where a program has stopped it, nothing excites the
@@ -23,6 +29,19 @@ pub struct Move {
     pub spindle_turns: bool,
     /// What the program states for this move; moves under the same statements share it.
     pub stated: Arc<Stated>,
+}
+
+impl Move {
+    /// The pose of the tip in the base frame where the tool is at `pose` behind the share `u` of
+    /// the move.
+    pub(crate) fn tip(&self, u: f64, pose: &Isometry3<f64>) -> Isometry3<f64> {
+        self.work.tip(u, pose, &self.tcp)
+    }
+
+    /// The pose of the tool, as targets have it, where the move starts with the tip at `tip`.
+    pub(crate) fn start(&self, tip: &Isometry3<f64>) -> Isometry3<f64> {
+        self.work.pose(0.0, tip, &self.tcp)
+    }
 }
 
 /// What sets how long a move takes.
@@ -154,13 +173,13 @@ impl Load {
 pub enum Target {
     /// Joint interpolation to joint positions, rad or m, one per moving joint.
     Joints(Vec<f64>),
-    /// Joint interpolation to a pose of the tool centre point in the base frame.
+    /// Joint interpolation to a pose of the tool centre point in the frame of the work.
     JointsTo(Isometry3<f64>),
-    /// A straight line of the tool centre point to a pose in the base frame; the orientation turns
-    /// about one fixed axis at a constant rate.
+    /// A straight line of the tool centre point to a pose in the frame of the work; the orientation
+    /// turns about one fixed axis at a constant rate.
     Line(Isometry3<f64>),
-    /// An arc of a circle of the tool centre point through `via` to `end`, in the base frame; the
-    /// orientation turns as on a line, by way of `via`.
+    /// An arc of a circle of the tool centre point through `via` to `end`, in the frame of the
+    /// work; the orientation turns as on a line, by way of `via`.
     Arc {
         /// A pose on the arc.
         via: Isometry3<f64>,

@@ -13,7 +13,7 @@ use super::ranges::{Counting, ModeRange, mode_ranges};
 use super::speeds::{Binding, SpeedProblem};
 use crate::excitation::lines;
 use crate::job::{Job, Operation, Spindle, Tool};
-use crate::motion::{Move, Target};
+use crate::motion::{Move, Target, Work};
 use crate::notes::Note;
 use crate::path::{Detail, Path, Survey, grid};
 use crate::progress::silent;
@@ -269,6 +269,10 @@ fn turned(
 /// The work object moved: the best place of a grid over its bounds.
 fn moved(job: &Job, operation: &Operation, programmed_rpm: f64) -> Result<Option<Lever>, Note> {
     let Some(bounds) = job.levers.work_object_shift_m else { return Ok(None) };
+    // What the arm or a positioner carries stands on no ground that can be moved.
+    if operation.moves.iter().any(|each| each.work != Work::Stands) {
+        return Ok(None);
+    }
     let places = bounds.map(|[least, most]| -> Vec<f64> {
         let count = if most > least { PLACES } else { 1 };
         let steps = (count - 1).max(1) as f64;

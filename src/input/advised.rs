@@ -109,7 +109,7 @@ fn operation_difference(
                 .moves
                 .iter()
                 .zip(after.moves.iter())
-                .all(|(a, b)| a.to == b.to && a.tcp == b.tcp);
+                .all(|(a, b)| a.to == b.to && a.tcp == b.tcp && a.work == b.work);
     let all = [
         ("name", before.name == after.name || is_divided),
         ("tool", before.tool == after.tool && before.tool_number == after.tool_number),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Unit, Vector3};
 
@@ -12,6 +13,7 @@ use super::raw::job as raw;
 use super::waypoints::{FromPrograms, OperationContext, PathMoves, ProgramSays};
 use crate::formats::text::read_bytes;
 use crate::formats::yaml::{Node, Step};
+use crate::motion::{MechanicalUnit, UnitAxis};
 use crate::notes::{Code, Note, Notes};
 use crate::program::{
     self, Companion, Coordinates, Dialect, DwellUnit, J3From, LengthUnit, Program, RAPID_M_PER_S,
@@ -163,7 +165,7 @@ fn keys_without_effect(
     notes: &mut Notes,
 ) {
     use Dialect::{Apt, Fanuc, GCode, Heidenhain, Krl, Rapid, Sinumerik};
-    let keys: [(&str, bool, &[Dialect]); 12] = [
+    let keys: [(&str, bool, &[Dialect]); 13] = [
         ("procedure", raw.procedure.is_some(), &[Rapid, Krl]),
         ("spindle_from", raw.spindle_from.is_some(), &[Rapid, Krl, Fanuc]),
         ("tool_from", raw.tool_from.is_some(), &[Rapid, Krl, Fanuc]),
@@ -176,6 +178,7 @@ fn keys_without_effect(
         ),
         ("base_frames", raw.base_frames.is_some(), &[Krl, Fanuc]),
         ("rotary_axes", raw.rotary_axes.is_some(), &[GCode, Sinumerik]),
+        ("mechanical_units", raw.mechanical_units.is_some(), &[Rapid]),
         ("coordinates", raw.coordinates.is_some(), &[Apt]),
         ("unit", raw.unit.is_some(), &[GCode, Sinumerik, Apt]),
         ("dwell_unit", raw.dwell_unit.is_some(), &[GCode, Sinumerik]),
@@ -282,6 +285,7 @@ fn settings(
         tool_frames: frames(context, path, "tool_frames", raw.tool_frames.as_ref(), notes),
         base_frames: frames(context, path, "base_frames", raw.base_frames.as_ref(), notes),
         external_axes: context.external_axes.clone(),
+        mechanical_units: mechanical_units(context, raw, path, notes),
         assume: context.assume.clone(),
         companions: Vec::new(),
     };
@@ -342,6 +346,50 @@ fn rotary_axes(
                 notes.error(Code::Value, path.line_at(&steps), what);
             }
         }
+    }
+    found
+}
+
+/// Units that carry the work, by their names in lower case.
+fn mechanical_units(
+    context: &OperationContext<'_>,
+    raw: &raw::Program,
+    path: &Node,
+    notes: &mut Notes,
+) -> BTreeMap<String, Arc<MechanicalUnit>> {
+    let mut found = BTreeMap::new();
+    for (name, unit) in raw.mechanical_units.iter().flatten() {
+        let mut axes = Vec::new();
+        for (index, axis) in unit.axes.iter().flatten().enumerate() {
+            let (Some(own), Some(direction)) = (&axis.name, axis.axis) else { continue };
+            let Some(unit_axis) = Unit::try_new(Vector3::from(direction), 1e-9) else {
+                let steps = [
+                    Step::Key("program"),
+                    Step::Key("mechanical_units"),
+                    Step::Key(name),
+                    Step::Key("axes"),
+                    Step::Index(index),
+                ];
+                let what = format!(
+                    "{}: path.program.mechanical_units.{name}.axes[{index}].axis is zero, must be \
+                     a direction",
+                    context.called
+                );
+                notes.error(Code::Value, path.line_at(&steps), what);
+                continue;
+            };
+            axes.push(UnitAxis {
+                name: own.to_lowercase(),
+                axis: unit_axis,
+                origin_m: axis.origin_m.unwrap_or_default().into(),
+                slides: axis.moves == Some(raw::AxisMoves::Slides),
+            });
+        }
+        let frame = unit.user_frame.as_ref().map_or_else(Isometry3::identity, |raw| {
+            frame(raw.xyz_m.unwrap_or_default(), raw.rpy_rad.unwrap_or_default())
+        });
+        let unit = MechanicalUnit { name: name.clone(), axes, frame };
+        found.insert(name.to_lowercase(), Arc::new(unit));
     }
     found
 }

@@ -11,7 +11,7 @@ use super::Reading;
 use super::frame::frame;
 use crate::formats::yaml::{Kind, Node};
 use crate::model::{JointKind, Robot};
-use crate::motion::{Move, Stated, StatedFeeds, Target, Timing};
+use crate::motion::{Move, Stated, StatedFeeds, Target, Timing, Work};
 use crate::notes::{Code, Note, Notes};
 use crate::program::{Assumed, Dialect, ExternalAxis, SpindleCommand};
 use crate::units::{deg_from_rad, m_from_mm, rad_from_deg};
@@ -50,6 +50,7 @@ impl OperationContext<'_> {
             // A feed that is missing was reported; the waypoints are looked at all the same.
             feed_m_per_s: self.feed_m_per_s.unwrap_or(1.0),
             tcp: self.tcp.unwrap_or_default(),
+            work: Work::Stands,
             line: line as usize,
             timing: Timing::Feed,
             spindle_turns: true,

@@ -162,7 +162,7 @@ fn starts(
     };
     let zero = vec![0.0; robot.joints().len()];
     let near = near.unwrap_or(&zero);
-    let tip = pose * first.tcp.inverse();
+    let tip = first.tip(1.0, pose);
     let found = match held_by(robot, first) {
         Some(held) => {
             let mut seed = near.to_vec();
@@ -198,7 +198,7 @@ fn with_those_behind(
         else {
             return None;
         };
-        let tip = pose * next.tcp.inverse();
+        let tip = next.tip(1.0, pose);
         kinematics.solutions(robot, &tip).is_empty().then_some((index, next, tip))
     });
     let is_long = moves.len() > index + 1 + MAX_TRIED;
@@ -288,7 +288,7 @@ impl<'r> Planner<'r> {
         match &next.to {
             Target::Joints(q) => self.join(next, q.clone()),
             Target::JointsTo(pose) => {
-                let tip = pose * next.tcp.inverse();
+                let tip = next.tip(1.0, pose);
                 let solutions = match held_by(self.robot, next) {
                     Some(held) => {
                         let mut seed = self.q.clone();
@@ -306,11 +306,11 @@ impl<'r> Planner<'r> {
                 }
             }
             Target::Line(pose) => {
-                let curve = Curve::line(self.solver.tip(&self.q) * next.tcp, *pose);
+                let curve = Curve::line(next.start(&self.solver.tip(&self.q)), *pose);
                 self.follow(next, curve)
             }
             Target::Arc { via, end } => {
-                let from = self.solver.tip(&self.q) * next.tcp;
+                let from = next.start(&self.solver.tip(&self.q));
                 let curve = Curve::arc(from, *via, *end).ok_or_else(|| {
                     (Code::Motion, "the three points of the arc lie on one line".to_owned())
                 })?;
@@ -321,10 +321,9 @@ impl<'r> Planner<'r> {
 
     /// A move that is straight in the joints.
     fn join(&mut self, next: &Move, to: Vec<f64>) -> Result<(), Refusal> {
-        let tcp = next.tcp.translation.vector.into();
         let ways: Vec<f64> = self.q.iter().zip(&to).map(|(a, b)| (b - a).abs()).collect();
         self.count_way(&ways)?;
-        let (length, turn) = self.clock.joint_move_ways(&tcp, &self.q, &to);
+        let (length, turn) = self.clock.joint_move_ways(next, &self.q, &to);
         let duration = self.seconds(length, turn, next, &ways)?;
         self.push(next, None, (length, duration), vec![(1.0, to)]);
         Ok(())
@@ -332,7 +331,7 @@ impl<'r> Planner<'r> {
 
     /// A move that is straight or round in the tool centre point.
     fn follow(&mut self, next: &Move, curve: Curve) -> Result<(), Refusal> {
-        let tip = curve.at(1.0) * next.tcp.inverse();
+        let tip = next.tip(1.0, &curve.at(1.0));
         self.trace(next, curve).map_err(|on_the_way| {
             // A target out of reach is the better word for what stops the arm on the way to it.
             let solutions = self.kinematics.solutions_near(self.robot, &tip, &self.q);
@@ -364,7 +363,7 @@ impl<'r> Planner<'r> {
         };
         while u < 1.0 {
             let end = if u + stretch > 1.0 - MIN_STRETCH { 1.0 } else { u + stretch };
-            let tip = curve.at(end) * next.tcp.inverse();
+            let tip = next.tip(end, &curve.at(end));
             let step = match &held {
                 Some(held) => {
                     let mut seed = q.clone();
@@ -530,6 +529,7 @@ impl<'r> Planner<'r> {
             // Most paths have far more joint moves than there is room for curves.
             curve: curve.map(Box::new),
             tcp: next.tcp,
+            work: next.work.clone(),
             line: next.line,
             feed_m_per_s: feed,
             spindle_turns: next.spindle_turns,

@@ -9,7 +9,7 @@ use nalgebra::Isometry3;
 use super::curve::Curve;
 use super::timing::{largest_step, stands_still};
 use crate::model::{IkFault, InverseKinematics, JointKind, MovingJoint, PoseFault, Robot, Solver};
-use crate::motion::Move;
+use crate::motion::{Move, Work};
 use crate::units::{deg_from_rad, mm_from_m};
 use crate::wording::distinguishable;
 
@@ -85,6 +85,7 @@ pub(super) struct Segment {
     /// `None`: straight in the joints.
     pub(super) curve: Option<Box<Curve>>,
     pub(super) tcp: Isometry3<f64>,
+    pub(super) work: Work,
     pub(super) line: usize,
     /// As the move asks for it, or less where the turn of the tool or a time sets the pace.
     pub(super) feed_m_per_s: f64,
@@ -105,6 +106,7 @@ impl Segment {
             index,
             curve: None,
             tcp: at.tcp,
+            work: at.work.ended(),
             line: at.line,
             feed_m_per_s: at.feed_m_per_s,
             spindle_turns: at.spindle_turns,
@@ -280,6 +282,15 @@ impl<'a> Path<'a> {
         self.segment_at(s).map_or(MoveKind::Still, |segment| segment.kind)
     }
 
+    /// The work of the move run at `s`, and the share of that move behind which `at` lies. At a
+    /// waypoint, that of the move that leads to it.
+    pub(super) fn work_at(&self, s: f64, at: f64) -> (&Work, f64) {
+        self.segment_at(s).map_or((&Work::Stands, 0.0), |segment| {
+            let share = (at - segment.start_s) / (segment.end_s - segment.start_s);
+            (&segment.work, if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 })
+        })
+    }
+
     fn segment_at(&self, s: f64) -> Option<&Segment> {
         let after = self.segments.partition_point(|segment| segment.end_s < s);
         self.segments.get(after).or(self.segments.last())
@@ -386,7 +397,7 @@ impl PathReader<'_, '_> {
             // At or behind the last knot.
             q.copy_from_slice(row(path.knots_s.len() - 1));
             let last = path.segments.last();
-            return Ok(last.map_or_else(Isometry3::identity, |segment| segment.tcp));
+            return Ok(last.map_or_else(Isometry3::identity, |last| self.tool_in_tip(last, q)));
         };
         let u = (s - path.knots_s[k]) / (path.knots_s[k + 1] - path.knots_s[k]);
         for (value, (a, b)) in q.iter_mut().zip(row(k).iter().zip(row(k + 1))) {
@@ -394,7 +405,7 @@ impl PathReader<'_, '_> {
         }
         if let Some(curve) = &segment.curve {
             let u = (s - segment.start_s) / (segment.end_s - segment.start_s);
-            let tip = curve.at(u) * segment.tcp.inverse();
+            let tip = segment.work.tip(u, &curve.at(u), &segment.tcp);
             self.guess.copy_from_slice(q);
             let solved = match &segment.held {
                 Some(held) => path.kinematics.near_holding(path.robot, &tip, &self.guess, held),
@@ -402,7 +413,15 @@ impl PathReader<'_, '_> {
             };
             q.copy_from_slice(&solved?);
         }
-        Ok(segment.tcp)
+        Ok(self.tool_in_tip(segment, q))
+    }
+
+    /// The tool centre point in the tip frame.
+    fn tool_in_tip(&mut self, segment: &Segment, q: &[f64]) -> Isometry3<f64> {
+        match segment.work {
+            Work::Held => self.solver.tip(q).inverse() * segment.tcp,
+            Work::Stands | Work::Moves(_) => segment.tcp,
+        }
     }
 }
 

@@ -1,9 +1,9 @@
 //! How long a move takes.
 
-use nalgebra::{Matrix6xX, Point3, Vector3};
+use nalgebra::{Matrix6xX, Vector3};
 
-use crate::model::{Placement, Robot, joint_jacobian};
-use crate::motion::{Move, Timing};
+use crate::model::{Placement, Robot, forward_kinematics, joint_jacobian};
+use crate::motion::{Move, Timing, Work};
 
 /// A tool centre point that moves less than this stands still, m: tool frames in files are rounded,
 /// and a turn about an axis that misses the point by a hair is a turn on the spot.
@@ -51,17 +51,13 @@ impl<'a> Clock<'a> {
     }
 
     /// Way of the tool centre point while the joints go straight from `from` to `to`, m, and what
-    /// the tool turns on it, rad.
-    pub(super) fn joint_move_ways(
-        &mut self,
-        tcp: &Point3<f64>,
-        from: &[f64],
-        to: &[f64],
-    ) -> (f64, f64) {
+    /// the tool turns on it, rad: against the base, or against work that the arm holds.
+    pub(super) fn joint_move_ways(&mut self, next: &Move, from: &[f64], to: &[f64]) -> (f64, f64) {
         let step = largest_step(from, to);
         let nodes: &[(f64, f64)] = if step <= MAX_SHORT_PIECE { &TWO_POINTS } else { &FIVE_POINTS };
         let pieces = (step / MAX_PIECE).ceil().max(1.0);
         let (mut length, mut turn) = (0.0, 0.0);
+        let mut tcp = next.tcp.translation.vector.into();
         for piece in 0..pieces as usize {
             for &(node, weight) in nodes {
                 let u = (piece as f64 + node) / pieces;
@@ -69,7 +65,11 @@ impl<'a> Clock<'a> {
                     *q = a + (b - a) * u;
                 }
                 self.placement.place_joints(self.robot, &self.q);
-                joint_jacobian(self.robot, &self.placement, tcp, &mut self.jacobian);
+                if next.work == Work::Held {
+                    let tip = forward_kinematics(self.robot, &self.placement);
+                    tcp = tip.inverse_transform_point(&next.tcp.translation.vector.into());
+                }
+                joint_jacobian(self.robot, &self.placement, &tcp, &mut self.jacobian);
                 let (mut velocity, mut turning) = (Vector3::zeros(), Vector3::zeros());
                 for (j, (a, b)) in from.iter().zip(to).enumerate() {
                     velocity += self.jacobian.fixed_view::<3, 1>(0, j) * (b - a);

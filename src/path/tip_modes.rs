@@ -4,9 +4,10 @@ use nalgebra::{Isometry3, Matrix6xX, Unit, Vector3};
 
 use super::batch::located;
 use super::surveyor::{no_modes_at, not_reached_at};
-use super::timed_path::Path;
+use super::timed_path::{Path, PathReader};
 use crate::model::{Placement, elastic_jacobian, forward_kinematics};
 use crate::modes::batch::{Kernel, ModesOut};
+use crate::motion::Work;
 use crate::notes::Note;
 
 /// The modes of the arm at one place of a path.
@@ -63,16 +64,60 @@ pub fn tip_modes_of_tool(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> 
 /// # Errors
 /// The first place that the arm does not reach.
 pub fn tool_frames(path: &Path, s: &[f64]) -> Result<Vec<ToolFrame>, Note> {
-    let around: Vec<f64> =
-        s.iter().flat_map(|s| [(s - NEARBY).max(0.0), *s, (s + NEARBY).min(1.0)]).collect();
-    let frame = |(poses, s): (&[Isometry3<f64>], &f64)| {
-        let [before, at, after] = [0, 1, 2].map(|i| poses[i].translation.vector);
-        let (axes, _) = tool_axes(&poses[1], &(after - before));
+    let mut tips = Tips::of(path);
+    let frame = |&s: &f64| {
+        let around = [(s - NEARBY).max(0.0), s, (s + NEARBY).min(1.0)];
+        let [tip, tcp] = tips.at(s)?;
+        // Where the tool is in the work, in directions of the base frame.
+        let mut in_work = [Vector3::zeros(); 3];
+        let (work, share) = path.work_at(s, s);
+        let axes = work.frame(share, &tip).rotation;
+        for (place, own) in in_work.iter_mut().zip(around) {
+            let [tip_there, tcp_there] = tips.at(own)?;
+            let tool = match work {
+                Work::Held => tip * tcp,
+                Work::Stands | Work::Moves(_) => tip_there * tcp_there,
+            };
+            let (_, share) = path.work_at(s, own);
+            let frame = work.frame(share, &tip_there);
+            *place = axes * frame.inverse_transform_point(&tool.translation.vector.into()).coords;
+        }
+        let ([before, at, after], tool) = (in_work, tip * tcp);
+        let (axes, _) = tool_axes(&tool, &(after - before));
         // The feed at a waypoint is that of the move that leads to it.
-        let step = if *s > 0.0 { at - before } else { after - at };
-        (axes, tool_axes(&poses[1], &step).1)
+        let step = if s > 0.0 { at - before } else { after - at };
+        Ok((axes, tool_axes(&tool, &step).1))
     };
-    Ok(tcp_poses(path, &around)?.chunks(3).zip(s).map(frame).collect())
+    s.iter().map(frame).collect()
+}
+
+/// Reads where the tip is along a path.
+struct Tips<'p, 'a> {
+    path: &'p Path<'a>,
+    reader: PathReader<'p, 'a>,
+    placement: Placement,
+    q: Vec<f64>,
+}
+
+impl<'p, 'a> Tips<'p, 'a> {
+    fn of(path: &'p Path<'a>) -> Self {
+        let robot = path.robot();
+        Self {
+            path,
+            reader: path.reader(),
+            placement: Placement::new(robot),
+            q: vec![0.0; robot.joints().len()],
+        }
+    }
+
+    /// The pose of the tip in the base frame, and of the tool in the tip frame.
+    fn at(&mut self, s: f64) -> Result<[Isometry3<f64>; 2], Note> {
+        let robot = self.path.robot();
+        let tcp = self.reader.at(s, &mut self.q);
+        let tcp = tcp.map_err(|fault| not_reached_at(self.path, s, &fault))?;
+        self.placement.place(robot, &self.q);
+        Ok([forward_kinematics(robot, &self.placement), tcp])
+    }
 }
 
 /// x, y and z of the tool's frame in the base frame, and which way the tool tip moves.
@@ -98,15 +143,8 @@ fn tool_axes(tcp: &Isometry3<f64>, step: &Vector3<f64>) -> ToolFrame {
 /// # Errors
 /// The first place that the arm does not reach.
 pub fn tcp_poses(path: &Path, s: &[f64]) -> Result<Vec<Isometry3<f64>>, Note> {
-    let robot = path.robot();
-    let (mut reader, mut placement) = (path.reader(), Placement::new(robot));
-    let mut q = vec![0.0; robot.joints().len()];
-    let pose = |&s: &f64| {
-        let tcp = reader.at(s, &mut q).map_err(|fault| not_reached_at(path, s, &fault))?;
-        placement.place(robot, &q);
-        Ok(forward_kinematics(robot, &placement) * tcp)
-    };
-    s.iter().map(pose).collect()
+    let mut tips = Tips::of(path);
+    s.iter().map(|&s| tips.at(s).map(|[tip, tcp]| tip * tcp)).collect()
 }
 
 /// The modes at each of `s` (0..=1).

@@ -2,12 +2,14 @@
 //! or comment sets the spindle's speed or the tool's number.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
 use super::log::{Log, States, Tool};
 use super::span::Span;
 use super::{ExternalAxis, SetBy, Setter, Settings, Spindle, tool_number};
+use crate::motion::{MechanicalUnit, UnitAxis, UnitMove, Work};
 use crate::notes::Code;
 use crate::units::{m_from_mm, rad_from_deg};
 
@@ -77,25 +79,62 @@ pub(super) struct External {
     at: HashMap<String, f64>,
     /// What was said of an axis that moves: the same at every move, so that it is one error.
     told: HashMap<String, String>,
+    /// Axes of mechanical units that carry the work, and whether they slide.
+    unit_axes: HashMap<String, bool>,
+    /// Positions of these, rad or m, now and at the end of the move before.
+    of_units: [HashMap<String, f64>; 2],
 }
 
 impl External {
     pub(super) fn new(settings: &Settings) -> Self {
         let joints = settings.external_axes.iter();
+        let unit_axes = settings.mechanical_units.values().flat_map(|unit| &unit.axes);
         Self {
             joints: joints.map(|(name, index)| (name.clone(), *index)).collect(),
             joint_count: settings.joint_count,
             at: HashMap::new(),
             told: HashMap::new(),
+            unit_axes: unit_axes.map(|axis| (axis.name.clone(), axis.slides)).collect(),
+            of_units: Default::default(),
         }
+    }
+
+    /// A move begins.
+    pub(super) fn move_begins(&mut self) {
+        let [now, before] = &mut self.of_units;
+        if now != before {
+            before.clone_from(now);
+        }
+    }
+
+    /// What a unit does on the move that has begun, where it carries the work.
+    pub(super) fn work_on(&self, unit: &Arc<MechanicalUnit>) -> Result<Work, String> {
+        let [now, before] = &self.of_units;
+        let to = |axis: &UnitAxis| {
+            let at = now.get(&axis.name).copied();
+            at.ok_or_else(|| format!("external axis {} is placed by no target so far", axis.name))
+        };
+        let to: Vec<f64> = unit.axes.iter().map(to).collect::<Result<_, _>>()?;
+        let starts = unit.axes.iter().zip(&to);
+        let from = starts.map(|(axis, to)| before.get(&axis.name).copied().unwrap_or(*to));
+        let from = from.collect();
+        Ok(Work::Moves(Arc::new(UnitMove { unit: Arc::clone(unit), from, to })))
     }
 
     /// An axis is to be at a position, mm or degrees.
     pub(super) fn place(&mut self, log: &mut Log, name: &str, value: f64) -> Result<(), String> {
+        let si = |slides| if slides { m_from_mm(value) } else { rad_from_deg(value) };
+        let of_unit = self.unit_axes.get(name);
+        if let Some(slides) = of_unit {
+            self.of_units[0].insert(name.to_owned(), si(*slides));
+        }
         if let Some((_, axis)) = self.joints.iter().find(|(own, _)| own == name) {
-            let value = if axis.slides { m_from_mm(value) } else { rad_from_deg(value) };
+            let value = si(axis.slides);
             self.at.insert(name.to_owned(), value);
             log.hold(axis.joint, value);
+            return Ok(());
+        }
+        if of_unit.is_some() {
             return Ok(());
         }
         match self.at.get(name).copied() {

@@ -10,7 +10,7 @@ use nalgebra::Isometry3;
 use super::grouping::{Kinds, grouped};
 use super::span::Span;
 use super::{Dialect, Pace, Program, Settings, Spindle, SpindleCommand, standing};
-use crate::motion::{Circle, Configuration, Load, Move, Stated, StatedFeeds, Target, Timing};
+use crate::motion::{Circle, Configuration, Load, Move, Stated, StatedFeeds, Target, Timing, Work};
 use crate::notes::{Code, Note, Notes};
 
 /// Moves, spindle commands, errors and warnings so far.
@@ -39,6 +39,8 @@ pub(super) struct Log {
     away: Option<(usize, String)>,
     /// What holds for the next move.
     stated: Arc<Stated>,
+    /// Where the work is on the next move.
+    work: Work,
     feeds: StatedFeeds,
     notes: Notes,
     kinds: Kinds,
@@ -70,15 +72,23 @@ impl fmt::Display for Tool {
 /// Where the last motion went.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Last {
-    /// The tool centre point in the base frame.
-    pub(super) at: Isometry3<f64>,
+    /// The tip in the base frame.
+    tip: Isometry3<f64>,
+    /// As the move has it.
     pub(super) tcp: Isometry3<f64>,
+    /// Whether the arm holds the work, not the tool.
+    pub(super) holds_work: bool,
 }
 
 impl Last {
     /// Where another tool has its centre point there, in the base frame.
     pub(super) fn with(&self, tcp: &Isometry3<f64>) -> Isometry3<f64> {
-        self.at * self.tcp.inverse() * tcp
+        self.tip * tcp
+    }
+
+    /// Where a tool is there, in the frame of the work at the start of a move.
+    pub(super) fn seen_from(&self, work: &Work, tcp: &Isometry3<f64>) -> Isometry3<f64> {
+        work.pose(0.0, &self.tip, tcp)
     }
 }
 
@@ -135,6 +145,7 @@ impl Log {
             tcp_of: [None, None],
             away: None,
             stated: Arc::default(),
+            work: Work::Stands,
             feeds: StatedFeeds::default(),
             notes: Notes::default(),
             kinds: Kinds::default(),
@@ -189,7 +200,7 @@ impl Log {
         let to = self.come_back(line, to, pace);
         let last = self.last;
         if let (Some(last), Target::Line(at) | Target::Arc { end: at, .. }) = (last, &to)
-            && last.with(&tcp).rotation.angle_to(&at.rotation) > HALF_TURN_RAD
+            && last.seen_from(&self.work, &tcp).rotation.angle_to(&at.rotation) > HALF_TURN_RAD
         {
             let what = "the tool turns by 180° on this way, and nothing says which way round: a \
                         point between would";
@@ -198,7 +209,8 @@ impl Log {
         self.last = match &to {
             Target::Joints(_) => None,
             Target::JointsTo(at) | Target::Line(at) | Target::Arc { end: at, .. } => {
-                Some(Last { at: *at, tcp })
+                let holds_work = self.work == Work::Held;
+                Some(Last { tip: self.work.tip(1.0, at, &tcp), tcp, holds_work })
             }
         };
         let (feed_m_per_s, timing) = match pace {
@@ -207,13 +219,14 @@ impl Log {
             Pace::Unstated => (self.feed_of_job(line), Timing::Feed),
             Pace::Joints(share) => (self.rapid_m_per_s, Timing::Joints(share)),
             Pace::Seconds(seconds) => {
-                let feed = last.and_then(|last| way_m(&last.with(&tcp), &to)).map(|m| m / seconds);
+                let from = last.map(|last| last.seen_from(&self.work, &tcp));
+                let feed = from.and_then(|from| way_m(&from, &to)).map(|m| m / seconds);
                 let feed = feed.filter(|feed| *feed > 0.0 && feed.is_finite());
                 (feed.unwrap_or(self.rapid_m_per_s), Timing::Seconds(seconds))
             }
         };
-        let stated = Arc::clone(&self.stated);
-        self.push(Move { to, feed_m_per_s, timing, tcp, line, spindle_turns: true, stated });
+        let (stated, work) = (Arc::clone(&self.stated), self.work.clone());
+        self.push(Move { to, feed_m_per_s, timing, tcp, work, line, spindle_turns: true, stated });
     }
 
     fn push(&mut self, to: Move) {
@@ -277,8 +290,8 @@ impl Log {
             }
         };
         let stated = Arc::clone(&self.stated);
-        let timing = Timing::Seconds(seconds);
-        self.push(Move { to, timing, line, stated, spindle_turns: true, ..*last });
+        let (timing, work) = (Timing::Seconds(seconds), last.work.ended());
+        self.push(Move { to, timing, work, line, stated, spindle_turns: true, ..*last });
     }
 
     /// The job's tcp stands for this tool from here on, or for none by a name or number.
@@ -384,6 +397,11 @@ impl Log {
         if self.stated.tool != Some(number) {
             Arc::make_mut(&mut self.stated).tool = Some(number);
         }
+    }
+
+    /// Where the work is on the moves from here on.
+    pub(super) fn work(&mut self, work: Work) {
+        self.work = work;
     }
 
     /// A joint of the robot is at a position, rad or m, at the ends of the moves from here on.

@@ -16,8 +16,9 @@
 //!   move and behind the last; the way back from them is taken straight in the joints where it is
 //!   rapid, and refused at feed.
 //!
-//! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot; the
-//! TCP is given in the tip frame, which for an ABB arm is its `tool0`. Where robot and program
+//! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot, or in
+//! the frame of work that is carried; the TCP is given in the tip frame, which for an ABB arm is its
+//! `tool0`, or in the base frame where the arm carries the work. Where robot and program
 //! could both give a frame:
 //!
 //! | | in the program | in the job | used |
@@ -27,6 +28,9 @@
 //! | RAPID, `tool0` | no | no | the tip frame |
 //! | RAPID, tool declared elsewhere | no | no | a fault |
 //! | RAPID, work object | | | as for tools, with `uframe`·`oframe` and `wobj0` = the base frame |
+//! | RAPID, tool that stands | yes | never | the program's, in the base frame |
+//! | RAPID, work object that the arm holds | yes | never | the program's, in the tip frame |
+//! | RAPID, work object on a mechanical unit | `oframe` | the unit | both |
 //! | APT, G-code | never | any | the job's, otherwise the identity |
 //!
 //! Tool axis: APT gives a direction and G-code none (it is +z). The TCP's z axis points from the
@@ -35,8 +39,8 @@
 //! is the work object's x axis projected across the tool (its y axis where that vanishes), and each
 //! further target is the one turned least from the target before.
 //!
-//! Left out on purpose: rounding of corners (zones, G64), the controller's limits of acceleration,
-//! and external axes.
+//! Left out on purpose: rounding of corners (zones, G64) and the controller's limits of
+//! acceleration.
 
 mod apt;
 mod arc;
@@ -62,6 +66,7 @@ mod tool_axis;
 mod unit_watch;
 mod unread;
 
+pub use crate::motion::{MechanicalUnit, UnitAxis};
 pub use rewrite::{NewSpeed, Rewrite, Rewritten, rewrite, rewrite_all};
 pub use settings::{
     Assumed, Companion, Coordinates, DwellUnit, ExternalAxis, J3From, LengthUnit, RotaryAxis,

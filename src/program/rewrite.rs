@@ -364,7 +364,8 @@ impl<'a> Plan<'a> {
         let pairs = before.moves.iter().zip(&after.moves).enumerate().skip(1);
         for (index, (old, new)) in pairs {
             let line = old.line;
-            if old.to != new.to || old.tcp != new.tcp || line != new.line {
+            let is_same_place = old.to == new.to && old.tcp == new.tcp && old.work == new.work;
+            if !is_same_place || line != new.line {
                 return Some(format!(
                     "the move of line {line} would change: a number that changes places it, too"
                 ));

@@ -1,10 +1,12 @@
 //! What a program does not say and its reader needs to know.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Unit, Vector3};
 
 use super::{RAPID_M_PER_S, text};
+use crate::motion::MechanicalUnit;
 use crate::notes::Note;
 
 /// What a program does not say and its reader needs to know.
@@ -50,6 +52,8 @@ pub struct Settings {
     /// Joints of the robot that the program moves as external axes, by the axis's name in lower
     /// case: indices from base to tip.
     pub external_axes: BTreeMap<String, ExternalAxis>,
+    /// RAPID: units that carry the work, by name in lower case.
+    pub mechanical_units: BTreeMap<String, Arc<MechanicalUnit>>,
     /// Other files of the program: modules, data lists.
     pub companions: Vec<Companion>,
     /// Values of signals, registers and the like, by name in lower case, that are known only at run
@@ -79,6 +83,7 @@ impl Default for Settings {
             tool_frames: BTreeMap::new(),
             base_frames: BTreeMap::new(),
             external_axes: BTreeMap::new(),
+            mechanical_units: BTreeMap::new(),
             companions: Vec::new(),
             assume: BTreeMap::new(),
         }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use detune::advice::{Binding, Change, Objective, Options, Remedy, advise};
 use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, Target, Timing};
+use detune::motion::{Move, Target, Timing, Work};
 use detune::progress::silent;
 use detune::risk::{Verdict, assess};
 use nalgebra::Isometry3;
@@ -25,6 +25,7 @@ fn job(robot: &Arc<Robot>, waypoints: &[[f64; 2]], rpm: f64, teeth: u32, policy:
         to: Target::Joints(q.to_vec()),
         feed_m_per_s: 0.01,
         tcp: Isometry3::identity(),
+        work: Work::Stands,
         line: 10 + i,
         timing: Timing::Feed,
         spindle_turns: true,

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use detune::advice::{Coupling, FeedRule, Objective, Options, Remedy, Schedule, advise};
 use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, Target, Timing};
+use detune::motion::{Move, Target, Timing, Work};
 use detune::progress::silent;
 use detune::risk::{Verdict, assess};
 use nalgebra::Isometry3;
@@ -35,6 +35,7 @@ fn case(waypoints: &[[f64; 2]], rpm: f64, policy: Policy, spindle: Spindle, air:
         to: Target::Joints(q.to_vec()),
         feed_m_per_s: feed(i),
         tcp: Isometry3::identity(),
+        work: Work::Stands,
         line: 10 + i,
         timing: Timing::Feed,
         spindle_turns: true,

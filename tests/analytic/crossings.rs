@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, Target, Timing};
+use detune::motion::{Move, Target, Timing, Work};
 use detune::progress::silent;
 use detune::risk::{Certainty, assess};
 use nalgebra::Isometry3;
@@ -119,6 +119,7 @@ fn job(
                     to: Target::Joints(q.to_vec()),
                     feed_m_per_s: 0.01,
                     tcp: Isometry3::identity(),
+                    work: Work::Stands,
                     line: 10 + i,
                     timing: Timing::Feed,
                     spindle_turns: true,

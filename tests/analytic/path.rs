@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 use std::sync::Arc;
 
 use detune::model::{Placement, Robot, forward_kinematics};
-use detune::motion::{Configuration, Move, Stated, Target, Timing};
+use detune::motion::{Configuration, Move, Stated, Target, Timing, Work};
 use detune::notes::{Note, Part};
 use detune::path::{MAX_GAP, MAX_STEP, Path, grid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -36,6 +36,7 @@ fn moves(targets: Vec<Target>, tcp: Isometry3<f64>) -> Vec<Move> {
             to,
             feed_m_per_s: FEED,
             tcp,
+            work: Work::Stands,
             line: 20 + i,
             timing: Timing::Feed,
             spindle_turns: true,

@@ -7,7 +7,7 @@ use std::path::Path as FilePath;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use detune::model::{Placement, Robot, forward_kinematics};
-use detune::motion::{Move, Target, Timing};
+use detune::motion::{Move, Target, Timing, Work};
 use detune::notes::Code;
 use detune::path::{Detail, Path, Station, Survey, Surveyor, grid};
 use detune::progress::{Done, silent};
@@ -31,6 +31,7 @@ fn moves(targets: impl IntoIterator<Item = (Target, Isometry3<f64>)>) -> Vec<Mov
             to,
             feed_m_per_s: 0.02,
             tcp,
+            work: Work::Stands,
             line: i + 1,
             timing: Timing::Feed,
             spindle_turns: true,

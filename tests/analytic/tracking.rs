@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use detune::model::{CoordinateKind, ExtraCoordinate, Inertial, Joint, JointKind, Link, Robot};
 use detune::modes::{ModalSolver, Modes, mac};
-use detune::motion::{Move, Target, Timing};
+use detune::motion::{Move, Target, Timing, Work};
 use detune::path::{Path, follow, grid};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -37,6 +37,7 @@ fn sweep() -> Vec<Move> {
             to: Target::Joints(vec![0.5, *beta2]),
             feed_m_per_s: 0.01,
             tcp: Isometry3::identity(),
+            work: Work::Stands,
             line: 1,
             timing: Timing::Feed,
             spindle_turns: true,

@@ -52,6 +52,15 @@ class Arm:
             self.chain.append(joints[link])
             link = joints[link][3]
 
+    def tip(self, q):
+        """The frame of the child of the last moving joint in that of the root."""
+        q, found = list(q), place((0, 0, 0), (0, 0, 0))
+        for kind, origin, axis, _ in self.chain:
+            found = multiply(found, origin)
+            if kind in ("revolute", "continuous"):
+                found = multiply(found, turn(axis, q.pop(0)))
+        return found
+
     def tool(self, q):
         """The point of the tool, mm: carried from the last joint to the first, as thousands of samples ask for it."""
         q, at = list(q), (0.0, 0.0, TCP)

@@ -1,6 +1,15 @@
-"""The languages of robots: RAPID, KRL, TP."""
+"""The languages of robots: RAPID, KRL, TP; RAPID with a tool that stands, and with work on a positioner."""
 
-from lists import OBJECT, RAPID, Air, flat, middle, n
+import math
+
+from arm import multiply, place, turn
+from lists import OBJECT, RAPID, TCP, Air, end_of, flat, is_move, middle, n
+
+# The tool that stands, in the base frame, and the work object in the frame of the tip.
+STANDING = (0.7, -0.15, 0.5)
+GRIPPED = (0.01, 0.02, 0.16)
+# The axis of the positioner, a point on it, and its user frame with the axis at zero.
+AXIS, ORIGIN = (0.0, 0.6, 0.8), (0.65, -0.05, 0.3)
 
 
 def told(truth, speed, dwell, line, arc):
@@ -20,8 +29,19 @@ def told(truth, speed, dwell, line, arc):
     return out
 
 
-def rapid(truth, rng, rewritten=False):
-    target = lambda p: f"[[{','.join(n(x) for x in p)}],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+TOOL = "[TRUE,[[0,0,150],[1,0,0,0]],[0.001,[0,0,0.001],[1,0,0,0],0,0,0]]"
+
+
+def mm(at):
+    return ",".join(n(1000 * x) for x in at)
+
+
+def rapid(truth, rng, rewritten=False, tool=TOOL, part=f'FALSE,TRUE,"",[[{mm(OBJECT)}]', axes=None):
+    """`part` is the start of the work object; `axes` gives the positions of a positioner at the ends."""
+
+    def target(p):
+        at = "9E9" if axes is None else n(next(axes))
+        return f"[[{','.join(n(x) for x in p)}],[0,1,0,0],[0,0,0,0],[9E9,{at},9E9,9E9,9E9,9E9]]"
 
     def speed(feed):
         if feed is None or isinstance(feed, Air):
@@ -36,13 +56,74 @@ def rapid(truth, rng, rewritten=False):
         lambda end, feed: f"MoveL {target(end)},{speed(feed)},{rest}",
         lambda via, end, feed: f"MoveC {target(via)},{target(end)},{speed(feed)},{rest}",
     )
-    object_at = ",".join(n(1000 * x) for x in OBJECT)
     head = (
-        "MODULE random\nPERS tooldata tSpindle:=[TRUE,[[0,0,150],[1,0,0,0]],[0.001,[0,0,0.001],[1,0,0,0],0,0,0]];\n"
-        f'PERS wobjdata wPart:=[FALSE,TRUE,"",[[{object_at}],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\nPROC main()\n'
+        f"MODULE random\nPERS tooldata tSpindle:={tool};\n"
+        f"PERS wobjdata wPart:=[{part},[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\nPROC main()\n"
         "ConfL\\Off;\nConfJ\\Off;\n"
     )
     return head + "\n".join(out) + "\nENDPROC\nENDMODULE\n", "mod"
+
+
+def held(truth, rng, rewritten=False):
+    """The arm holds the work and leads it along a tool that stands, its axis upwards."""
+    tool = f"[FALSE,[[{mm(STANDING)}],[1,0,0,0]],[0.001,[0,0,0.001],[1,0,0,0],0,0,0]]"
+    return rapid(truth, rng, tool=tool, part=f'TRUE,TRUE,"",[[{mm(GRIPPED)}]')
+
+
+def seen_in_hand(arm, truth):
+    """Where the tool is in the work, mm."""
+    work = place(GRIPPED, (0, 0, 0))
+
+    def seen(q, index, share):
+        frame = multiply(arm.tip(q), work)
+        off = [a - row[3] for a, row in zip(STANDING, frame)]
+        return [1000 * sum(frame[k][i] * off[k] for k in range(3)) for i in range(3)]
+
+    return seen
+
+
+def angles(truth):
+    """The positioner at the start and the ends of all moves, degrees, as it does not depend on speeds."""
+    moves = [item for item in flat(truth) if is_move(item)]
+    return [20 * math.sin(x / 13 + y / 29 - z / 17) for x, y, z in map(end_of, moves)]
+
+
+def on_positioner(truth, rng, rewritten=False):
+    """A positioner turns the work beneath the tool."""
+
+    def axes():
+        before = None
+        for item, at in zip((item for item in flat(truth) if is_move(item)), angles(truth)):
+            if item[0] == "line":
+                yield at
+            else:
+                for k in range(count := len(middle(end, item))):
+                    yield from [before + (at - before) * (k + share) / count for share in (0.5, 1.0)]
+            before, end = at, end_of(item)
+
+    return rapid(truth, rng, part='FALSE,FALSE,"STN1",[[1,2,3]', axes=axes())
+
+
+def seen_on_positioner(arm, truth):
+    """Where the tool is in the work, mm."""
+    turns = []
+    ends, at = iter(angles(truth)), None
+    for item in flat(truth):
+        before, at = at, next(ends) if is_move(item) else at
+        if item[0] != "speed":
+            turns.append((before, at))
+
+    def seen(q, index, share):
+        # The first of all moves goes to where the path starts.
+        before, at = turns[index + 1]
+        frame = turn(AXIS, math.radians(before + (at - before) * share))
+        tip = arm.tip(q)
+        # The tool's point about a point on the axis, turned back; the user frame stands at the work object.
+        off = [row[3] + TCP * row[2] - a for row, a in zip(tip, ORIGIN)]
+        back = [sum(frame[k][i] * off[k] for k in range(3)) for i in range(3)]
+        return [1000 * (x + a - b) for x, a, b in zip(back, ORIGIN, OBJECT)]
+
+    return seen
 
 
 def krl(truth, rng, rewritten=False):

@@ -25,21 +25,25 @@ from arm import Arm
 from gcode import gcode, plain
 from heidenhain import heidenhain
 from lists import OBJECT, TCP, advised, draw, end_of, flat, is_move, pieces, with_speeds
-from robots import fanuc, krl, rapid
+from robots import AXIS, ORIGIN, fanuc, held, krl, on_positioner, rapid, seen_in_hand, seen_on_positioner
 from sinumerik import sinumerik
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 ROBOT = ROOT / "robots" / "irb1600"
 
-WRITERS = (plain, gcode, sinumerik, apt, rapid, krl, fanuc, heidenhain)
-ROBOTS = (rapid, krl, fanuc)
+WRITERS = (plain, gcode, sinumerik, apt, rapid, held, on_positioner, krl, fanuc, heidenhain)
+ROBOTS = (rapid, held, on_positioner, krl, fanuc)
+# Where the tool is in the work, of joint positions, of the number of a piece and of the share of it; others have the
+# work on the ground.
+SEEN = {held: seen_in_hand, on_positioner: seen_on_positioner}
 # An arc in any plane is one block of theirs.
 BOWED = (*ROBOTS, sinumerik)
 # So is a helix of these.
 WOUND = (plain, gcode, sinumerik, heidenhain)
 
 KEYS = {
-    "mod": "spindle_from: {signal: aoSpindle}",
+    "mod": "spindle_from: {signal: aoSpindle}, mechanical_units: {STN1: {"
+    f"axes: [{{name: eax_b, axis: {list(AXIS)}, origin_m: {list(ORIGIN)}}}], user_frame: {{xyz_m: {list(OBJECT)}}}}}}}",
     "src": "spindle_from: {procedure: SPINDLE}",
     "ls": "spindle_from: {comment: SPINDLE}, "
     f"tool_frames: {{1: {{xyz_m: [0, 0, {TCP}]}}}}, base_frames: {{1: {{xyz_m: {list(OBJECT)}}}}}",
@@ -89,7 +93,7 @@ def job_of(folder, text, extension, files, more=""):
     return folder / "job.yaml"
 
 
-def check(detune, folder, arm, truth, text, extension, files={}):
+def check(detune, folder, seen_from, truth, text, extension, files={}):
     job = job_of(folder, text, extension, files)
     # Of each of many stretches a hundred samples are enough.
     which = "thin" if any(item[0] == "speed" and item[1] != 6000.0 for item in flat(truth)) else "all"
@@ -128,7 +132,7 @@ def check(detune, folder, arm, truth, text, extension, files={}):
             # Of each piece the first, the last and one between.
             for at, sample in {id(each): each for each in (samples[0], samples[len(samples) // 2], samples[-1])}.values():
                 share, where = at / seconds, f"s = {sample['s']} of {operation['name']}"
-                wanted, found = on(min(max(share, 0.0), 1.0)), arm.tool(sample["joints_rad"])
+                wanted, found = on(min(max(share, 0.0), 1.0)), seen_from(sample["joints_rad"], index, share)
                 if math.dist(wanted, found) > near_mm + lag_s * math.dist(on(0.0), on(1.0)) / seconds:
                     return f"is at {found}, not at {wanted}, {where}"
                 if rpm not in (None, operation["spindle_rpm"]) and 1e-5 < at < seconds - 1e-5:
@@ -215,7 +219,8 @@ def main():
                 rng = random.Random(f"{seed} {write.__name__}")
                 truth = draw(random.Random(seed), bows=write in BOWED, helices=write in WOUND)
                 text, *rest = write(truth, rng)
-                fault = check(detune, pathlib.Path(name), arm, truth, text, *rest)
+                seen_from = SEEN[write](arm, truth) if write in SEEN else lambda q, *_: arm.tool(q)
+                fault = check(detune, pathlib.Path(name), seen_from, truth, text, *rest)
                 if arguments.pygcode and write is plain:
                     fault = fault or interpreters_agree(truth, text)
                 ran += 1

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::motion::{Load, Move, Spindle, Target, Timing};
+use crate::motion::{Load, Move, Spindle, Target, Timing, Work};
 
 /// Moves of a path that run alike.
 #[derive(Debug, Clone)]
@@ -151,6 +151,8 @@ fn goes_on(before: &Move, to: &Move) -> bool {
 
 fn place(a_move: &Move) -> Option<Vector3<f64>> {
     match &a_move.to {
+        // The arm follows work that moves.
+        _ if matches!(a_move.work, Work::Moves(_)) => None,
         Target::Joints(_) => None,
         Target::JointsTo(end) | Target::Line(end) | Target::Arc { end, .. } => {
             Some(end.translation.vector)
@@ -178,6 +180,7 @@ mod tests {
             to: Target::Line(Isometry3::translation(i as f64, 0.0, 0.0)),
             feed_m_per_s: 0.01,
             tcp: Isometry3::identity(),
+            work: Work::Stands,
             line: i + 1,
             timing: Timing::Feed,
             spindle_turns: spindle != Some(Spindle::Stands),

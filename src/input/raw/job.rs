@@ -444,6 +444,12 @@ pub(in crate::input) struct Program {
     pub(in crate::input) base_frames: Option<BTreeMap<String, Frame>>,
     /// G-code: what axes A, B and C turn, from the base to the tool; places are of the tool tip.
     pub(in crate::input) rotary_axes: Option<Vec<RotaryAxis>>,
+    /// RAPID: positioners and tracks that carry the work (ufprog FALSE), by the name of the
+    /// mechanical unit (ufmec).
+    #[schemars(extend("examples" = [{"STN1": {"axes": [{"name": "eax_b", "axis": [0, 0, 1],
+        "origin_m": [1.2, 0, 0.5]}],
+        "user_frame": {"xyz_m": [1.2, 0, 0.6]}}}]))]
+    pub(in crate::input) mechanical_units: Option<BTreeMap<String, MechanicalUnit>>,
     /// APT: whether coordinates behind a second coordinate system (MSYS, CSYS) are in it (local) or
     /// in the first (world).
     pub(in crate::input) coordinates: Option<Coordinates>,
@@ -502,6 +508,43 @@ pub(in crate::input) struct RotaryAxis {
     /// A point on it in the work object, mm; [0, 0, 0] if absent.
     #[schemars(extend("default" = [0, 0, 0]))]
     pub(in crate::input) origin_mm: Option<[f64; 3]>,
+}
+
+/// A mechanical unit of RAPID that carries the work: its axes, and its user frame in the base frame
+/// of the robot where all axes are at zero. It is taken as rigid.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct MechanicalUnit {
+    /// Its axes, from the ground to the work.
+    #[schemars(required, extend("minItems" = 1))]
+    pub(in crate::input) axes: Option<Vec<UnitAxis>>,
+    /// Its user frame; the base frame if absent.
+    pub(in crate::input) user_frame: Option<Frame>,
+}
+
+/// An axis of a mechanical unit, in the base frame of the robot where all axes are at zero.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct UnitAxis {
+    /// The external axis that it is.
+    #[schemars(required, extend("enum" = ["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"]))]
+    pub(in crate::input) name: Option<String>,
+    /// Its direction.
+    #[schemars(required, extend("examples" = [[0, 0, 1]]))]
+    pub(in crate::input) axis: Option<[f64; 3]>,
+    /// A point on it, m; [0, 0, 0] if absent.
+    #[schemars(extend("default" = [0, 0, 0]))]
+    pub(in crate::input) origin_m: Option<[f64; 3]>,
+    /// Whether it turns (positions in degrees) or slides (mm); turns if absent.
+    pub(in crate::input) moves: Option<AxisMoves>,
+}
+
+// Variants without doc comments: schemars then writes a plain `enum`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum AxisMoves {
+    Turns,
+    Slides,
 }
 
 // Variants without doc comments: schemars then writes a plain `enum`.

@@ -15,15 +15,17 @@ use crate::units::m_from_mm;
 const PLACEHOLDER_KG: f64 = 0.001;
 
 impl<'a> Interpreter<'a> {
-    /// What the tip carries on a move. What is not known leaves the job's, with a doubt.
+    /// What the tip carries on a move; `gripped_in` is the frame of what `GripLoad` says, in the
+    /// tip frame: that of the tool, or of the work object where the arm holds that. What is not
+    /// known leaves the job's, with a doubt.
     pub(super) fn note_load(
         &mut self,
         line: usize,
         tool: &'a Expr,
-        tcp: &Isometry3<f64>,
+        gripped_in: Option<&Isometry3<f64>>,
         args: &'a Args,
     ) {
-        let carried = self.carried(line, tool, tcp, args).unwrap_or_else(|why| {
+        let carried = self.carried(line, tool, gripped_in, args).unwrap_or_else(|why| {
             let what = format!("what the arm carries is not known: {why}");
             self.log.warning(Code::ChangeIgnored, line, what);
             None
@@ -37,7 +39,7 @@ impl<'a> Interpreter<'a> {
         &mut self,
         line: usize,
         tool: &'a Expr,
-        tcp: &Isometry3<f64>,
+        gripped_in: Option<&Isometry3<f64>>,
         args: &'a Args,
     ) -> Result<Option<Load>, String> {
         let total = args.optional_value("tload");
@@ -59,7 +61,11 @@ impl<'a> Interpreter<'a> {
         };
         match (own, self.gripped.clone()?) {
             (own, None) => Ok(own),
-            (Some(own), Some(held)) if !own.is_placeholder => Ok(Some(own.with(&held.placed(tcp)))),
+            (Some(own), Some(held)) if !own.is_placeholder => {
+                let frame =
+                    gripped_in.ok_or("GripLoad without a work object that the arm holds")?;
+                Ok(Some(own.with(&held.placed(frame))))
+            }
             (_, Some(held)) => Err(format!(
                 "GripLoad {} adds {} kg to a tool whose load the program does not state",
                 held.name, held.mass_kg

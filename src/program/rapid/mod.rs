@@ -12,6 +12,7 @@ mod cursor;
 mod ends;
 mod eval;
 mod filled;
+mod frames;
 mod functions;
 mod hints;
 mod instructions;

@@ -4,15 +4,16 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Isometry3;
 
+use super::frames::Holds;
 use super::instructions::{Motion, ToolAt, Way};
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Path};
 use super::value::{NO_AXIS, Value, from_pose, pose};
 use super::walk::Named;
-use crate::motion::{Configuration, Target};
+use crate::motion::{Configuration, Target, Work};
 use crate::notes::Code;
 use crate::program::Pace;
-use crate::program::log::{States, Tool};
+use crate::program::log::States;
 use crate::program::span::Span;
 use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
@@ -39,26 +40,42 @@ impl<'a> Interpreter<'a> {
             ToolAt::Index(index) => at(index, "the tool")?,
             ToolAt::Last => args.positional.last().ok_or("the tool is missing")?,
         };
-        let tcp = self.tool_centre_point(line, tool)?;
-        self.note_load(line, tool, &tcp, args);
+        let (tcp, holds) = self.tool_centre_point(line, tool)?;
         self.names_tool(line, tool, args);
+        if holds == Holds::Work {
+            let what = "the tool stands (robhold FALSE): the tip carries the gripper with the \
+                        work, and the tool's stand is taken as rigid";
+            self.log.warning(Code::Assumed, line, what);
+        }
+        self.external.move_begins();
         let speed_arg = at(targets, "the speed")?;
         let first = self.eval(at(0, "the target")?);
         if way == Way::AbsoluteJoints {
             let joints = self.joints(&first)?;
             self.log.configure(None);
+            let held = holds == Holds::Work && option("wobj").is_some();
+            let object = held.then(|| self.work_object(line, option("wobj"), args)).transpose()?;
+            let (work, gripped_in) = match (holds, object) {
+                (Holds::Tool, _) => (Work::Stands, Some(tcp)),
+                (Holds::Work, None) => (Work::Held, None),
+                (Holds::Work, Some(object)) => {
+                    (self.work(line, holds, &object)?, Some(object.frame))
+                }
+            };
+            self.note_load(line, tool, gripped_in.as_ref(), args);
+            self.log.work(work);
             let pace =
                 self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
             return Ok(());
         }
         self.tell_own_frames(line, way, tool, option("wobj"));
-        let work_object = self.work_object(line, option("wobj"), args)?;
-        let place = self.target(&first, &work_object)?;
+        let object = self.work_object(line, option("wobj"), args)?;
+        let place = self.target(&first, &object.frame)?;
         let (last, to) = match way {
             Way::Circular => {
                 let end = self.eval(at(1, "the end of the arc")?);
-                let to = Target::Arc { via: place, end: self.target(&end, &work_object)? };
+                let to = Target::Arc { via: place, end: self.target(&end, &object.frame)? };
                 (end, to)
             }
             Way::Joint => (first, Target::JointsTo(place)),
@@ -67,6 +84,10 @@ impl<'a> Interpreter<'a> {
         let asked = self.monitors[usize::from(way != Way::Joint)];
         let asked = asked.then(|| self.configuration(&last)).flatten();
         self.log.configure(asked);
+        let gripped_in = if holds == Holds::Tool { tcp } else { object.frame };
+        self.note_load(line, tool, Some(&gripped_in), args);
+        let work = self.work(line, holds, &object)?;
+        self.log.work(work);
         let pace = self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
         self.log.motion(line, to, tcp, pace);
         Ok(())
@@ -182,30 +203,29 @@ impl<'a> Interpreter<'a> {
             self.log.last().ok_or("CRobT: the robot's position is known only at run time")?;
         let find = |wanted: &str| options.iter().find(|(name, _)| name == wanted);
         let line = self.line;
-        let tcp = match find("tool") {
+        let (tcp, holds) = match find("tool") {
             Some((_, tool)) => self.tcp_of(line, args.optional_value("tool"), tool)?,
-            None => last.tcp,
+            None if last.holds_work => (last.tcp, Holds::Work),
+            None => (last.tcp, Holds::Tool),
         };
         let object = find("wobj").map(|(_, object)| object);
-        let work_object = self.work_object(line, object, args)?;
-        let at = work_object.inverse() * last.with(&tcp);
+        let object = self.work_object(line, object, args)?;
+        self.external.move_begins();
+        let work = self.work(line, holds, &object)?;
+        let at = object.frame.inverse() * last.seen_from(&work, &tcp);
         let [translation, rotation] = from_pose(&at);
         let external = Value::nums(&[9e9; ROBOT_AXES]);
         let found = Value::unknown("the arm configuration is that of the run");
         Ok(Value::List(vec![translation, rotation, found, external]))
     }
 
-    /// A robtarget in the base frame.
-    fn target(
-        &mut self,
-        value: &Value,
-        work_object: &Isometry3<f64>,
-    ) -> Result<Isometry3<f64>, String> {
+    /// A robtarget in the frame of the work.
+    fn target(&mut self, value: &Value, object: &Isometry3<f64>) -> Result<Isometry3<f64>, String> {
         let target = pose(value).map_err(|why| format!("target: {why}"))?;
         if let Value::List(parts) = value {
             self.external_axes(parts.get(3))?;
         }
-        Ok(work_object * target)
+        Ok(object * target)
     }
 
     /// The quadrants of axes 1, 4 and 6 of a robtarget. cfx is not read.
@@ -246,105 +266,6 @@ impl<'a> Interpreter<'a> {
             }
         }
         Ok(())
-    }
-
-    /// The tool's frame in the tip frame, or `None` for tool0.
-    fn frame_of_tool(&self, tool: &Value) -> Result<Option<Isometry3<f64>>, String> {
-        if *tool == Value::Tool0 {
-            return Ok(None);
-        }
-        if !tool.part(0, "a tool")?.bool()? {
-            return Err("a stationary tool (robhold FALSE) is not supported".to_owned());
-        }
-        pose(tool.part(1, "a tool frame")?).map(Some)
-    }
-
-    fn tool_centre_point(&mut self, line: usize, expr: &'a Expr) -> Result<Isometry3<f64>, String> {
-        let tool = self.eval(expr);
-        let of_job = match (expr, &tool) {
-            (Expr::Ref(path), Value::Unknown(_)) => Some(Tool::Name(path.name.shown.clone())),
-            _ => None,
-        };
-        self.log.tcp_of(of_job);
-        self.tcp_of(line, Some(expr), &tool)
-    }
-
-    /// Where a tool has its centre point, in the tip frame.
-    fn tcp_of(
-        &mut self,
-        line: usize,
-        expr: Option<&Expr>,
-        tool: &Value,
-    ) -> Result<Isometry3<f64>, String> {
-        match (tool, self.settings.tcp) {
-            (Value::Tool0, _) => Ok(self.own_frames()[0].unwrap_or_default()),
-            (Value::Unknown(why), Some(tcp)) => {
-                let code = self.code_of_assumed(expr);
-                self.log.warning(code, line, format!("tool: {why}; the job's tcp is used"));
-                Ok(tcp)
-            }
-            (Value::Unknown(why), None) => Err(format!("tool: {why}; give the tcp in the job")),
-            (_, tcp) => {
-                if tcp.is_some() {
-                    let what = "the program declares its tool: the job's tcp is not used there";
-                    self.log.warning(Code::FrameFromProgram, line, what);
-                }
-                let frame = self.frame_of_tool(tool).map_err(|why| format!("tool: {why}"))?;
-                Ok(frame.unwrap_or_default())
-            }
-        }
-    }
-
-    /// The job stands in for data of other files, but not for what the program itself sets.
-    fn code_of_assumed(&self, expr: Option<&Expr>) -> Code {
-        match expr {
-            Some(Expr::Ref(path)) if self.assigned.contains_key(path.name.key.as_str()) => {
-                Code::ChangeIgnored
-            }
-            _ => Code::Assumed,
-        }
-    }
-
-    fn work_object(
-        &mut self,
-        line: usize,
-        given: Option<&Value>,
-        args: &Args,
-    ) -> Result<Isometry3<f64>, String> {
-        match (given.unwrap_or(&Value::Wobj0), self.settings.work_object) {
-            (Value::Wobj0, _) if self.stands_for.work_object => Ok(Isometry3::identity()),
-            (Value::Wobj0, frame) => {
-                if given.is_some() && frame.is_some() {
-                    self.log.warning(
-                        Code::Assumed,
-                        line,
-                        "wobj0 is named: the job's work_object is used for it",
-                    );
-                }
-                Ok(frame.unwrap_or_default())
-            }
-            (Value::Unknown(why), Some(frame)) => {
-                let code = self.code_of_assumed(args.optional_value("wobj"));
-                let what = format!("work object: {why}; the job's work_object is used");
-                self.log.warning(code, line, what);
-                Ok(frame)
-            }
-            (Value::Unknown(why), None) => {
-                Err(format!("work object: {why}; give the work_object in the job"))
-            }
-            (object, frame) => {
-                if frame.is_some() {
-                    self.log.warning(
-                        Code::FrameFromProgram,
-                        line,
-                        "the program declares its work object: the job's work_object is not used \
-                         there",
-                    );
-                }
-                let frame = frame_of_work_object(object);
-                Ok(frame.map_err(|why| format!("work object: {why}"))?.unwrap_or_default())
-            }
-        }
     }
 
     /// Speed of the tool centre point, of a speeddata and `\V` in mm/s.
@@ -399,20 +320,4 @@ impl<'a> Interpreter<'a> {
             Err(format!("speed is {mm_per_s} mm/s, must be positive"))
         }
     }
-}
-
-/// uframe ∘ oframe in the base frame, or `None` for wobj0.
-fn frame_of_work_object(object: &Value) -> Result<Option<Isometry3<f64>>, String> {
-    if *object == Value::Wobj0 {
-        return Ok(None);
-    }
-    if object.part(0, "a work object")?.bool()? {
-        return Err("a work object that the robot holds is not supported".to_owned());
-    }
-    if !object.part(1, "a work object")?.bool()? {
-        return Err("a moving work object (ufprog FALSE) is not supported".to_owned());
-    }
-    let user = pose(object.part(3, "a user frame")?)?;
-    let frame = pose(object.part(4, "an object frame")?)?;
-    Ok(Some(user * frame))
 }

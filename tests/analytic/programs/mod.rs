@@ -5,6 +5,7 @@
 mod apt;
 mod beside;
 mod blocks;
+mod carried;
 mod cells;
 mod controllers;
 mod field;

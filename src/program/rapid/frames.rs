@@ -1,0 +1,196 @@
+//! Frames of tools and work objects, and which of the two the arm holds.
+
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+
+use super::interpreter::Interpreter;
+use super::syntax::{Args, Expr};
+use super::value::{Value, pose};
+use crate::motion::{MechanicalUnit, Work};
+use crate::notes::Code;
+use crate::program::log::Tool;
+
+/// What the arm holds; the other stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Holds {
+    Tool,
+    Work,
+}
+
+/// A tool centre point: in the tip frame where the arm holds the tool, else in the base frame.
+pub(super) type ToolFrame = (Isometry3<f64>, Holds);
+
+/// A work object: its frame in that of what carries it.
+#[derive(Debug, Default)]
+pub(super) struct WorkObject {
+    on: Carrier,
+    pub(super) frame: Isometry3<f64>,
+}
+
+/// What carries the work.
+#[derive(Debug, Default)]
+enum Carrier {
+    #[default]
+    Ground,
+    Arm,
+    Unit(Arc<MechanicalUnit>),
+}
+
+impl WorkObject {
+    /// One that stands still.
+    fn fixed(frame: Isometry3<f64>) -> Self {
+        Self { on: Carrier::Ground, frame }
+    }
+}
+
+impl<'a> Interpreter<'a> {
+    pub(super) fn tool_centre_point(
+        &mut self,
+        line: usize,
+        expr: &'a Expr,
+    ) -> Result<ToolFrame, String> {
+        let tool = self.eval(expr);
+        let of_job = match (expr, &tool) {
+            (Expr::Ref(path), Value::Unknown(_)) => Some(Tool::Name(path.name.shown.clone())),
+            _ => None,
+        };
+        self.log.tcp_of(of_job);
+        self.tcp_of(line, Some(expr), &tool)
+    }
+
+    /// Where a tool has its centre point.
+    pub(super) fn tcp_of(
+        &mut self,
+        line: usize,
+        expr: Option<&Expr>,
+        tool: &Value,
+    ) -> Result<ToolFrame, String> {
+        match (tool, self.settings.tcp) {
+            (Value::Tool0, _) => Ok((self.own_frames()[0].unwrap_or_default(), Holds::Tool)),
+            (Value::Unknown(why), Some(tcp)) => {
+                let code = self.code_of_assumed(expr);
+                self.log.warning(code, line, format!("tool: {why}; the job's tcp is used"));
+                Ok((tcp, Holds::Tool))
+            }
+            (Value::Unknown(why), None) => Err(format!("tool: {why}; give the tcp in the job")),
+            (_, tcp) => {
+                if tcp.is_some() {
+                    let what = "the program declares its tool: the job's tcp is not used there";
+                    self.log.warning(Code::FrameFromProgram, line, what);
+                }
+                frame_of_tool(tool).map_err(|why| format!("tool: {why}"))
+            }
+        }
+    }
+
+    /// The job stands in for data of other files, but not for what the program itself sets.
+    fn code_of_assumed(&self, expr: Option<&Expr>) -> Code {
+        match expr {
+            Some(Expr::Ref(path)) if self.assigned.contains_key(path.name.key.as_str()) => {
+                Code::ChangeIgnored
+            }
+            _ => Code::Assumed,
+        }
+    }
+
+    pub(super) fn work_object(
+        &mut self,
+        line: usize,
+        given: Option<&Value>,
+        args: &Args,
+    ) -> Result<WorkObject, String> {
+        match (given.unwrap_or(&Value::Wobj0), self.settings.work_object) {
+            (Value::Wobj0, _) if self.stands_for.work_object => Ok(WorkObject::default()),
+            (Value::Wobj0, frame) => {
+                if given.is_some() && frame.is_some() {
+                    self.log.warning(
+                        Code::Assumed,
+                        line,
+                        "wobj0 is named: the job's work_object is used for it",
+                    );
+                }
+                Ok(WorkObject::fixed(frame.unwrap_or_default()))
+            }
+            (Value::Unknown(why), Some(frame)) => {
+                let code = self.code_of_assumed(args.optional_value("wobj"));
+                let what = format!("work object: {why}; the job's work_object is used");
+                self.log.warning(code, line, what);
+                Ok(WorkObject::fixed(frame))
+            }
+            (Value::Unknown(why), None) => {
+                Err(format!("work object: {why}; give the work_object in the job"))
+            }
+            (object, frame) => {
+                if frame.is_some() {
+                    self.log.warning(
+                        Code::FrameFromProgram,
+                        line,
+                        "the program declares its work object: the job's work_object is not used \
+                         there",
+                    );
+                }
+                let object = self.declared_work_object(object);
+                object.map_err(|why| format!("work object: {why}"))
+            }
+        }
+    }
+
+    /// uframe ∘ oframe of a work object, in the frame of what carries it.
+    fn declared_work_object(&self, object: &Value) -> Result<WorkObject, String> {
+        let is_held = object.part(0, "a work object")?.bool()?;
+        let is_fixed = object.part(1, "a work object")?.bool()?;
+        let user = pose(object.part(3, "a user frame")?)?;
+        let frame = pose(object.part(4, "an object frame")?)?;
+        if is_fixed {
+            let on = if is_held { Carrier::Arm } else { Carrier::Ground };
+            return Ok(WorkObject { on, frame: user * frame });
+        }
+        let name = match object.part(2, "a work object")? {
+            Value::Text(name) => name.to_string(),
+            _ => String::new(),
+        };
+        let Some(unit) = self.settings.mechanical_units.get(&name.to_lowercase()) else {
+            return Err(format!(
+                "it moves with the mechanical unit '{name}' (ufprog FALSE), whose place no program \
+                 says; write path.program.mechanical_units: {{{name}: {{axes: [{{name: eax_a, axis: \
+                 [0, 0, 1], origin_m: …}}], user_frame: …}}}} in the job"
+            ));
+        };
+        if is_held {
+            return Err(format!("the arm holds it (robhold TRUE), and so does '{name}'"));
+        }
+        Ok(WorkObject { on: Carrier::Unit(Arc::clone(unit)), frame })
+    }
+
+    /// Where the work is on a move, from what the arm carries.
+    pub(super) fn work(
+        &mut self,
+        line: usize,
+        holds: Holds,
+        object: &WorkObject,
+    ) -> Result<Work, String> {
+        match (holds, &object.on) {
+            (Holds::Tool, Carrier::Ground) => Ok(Work::Stands),
+            (Holds::Tool, Carrier::Unit(unit)) => {
+                let what = format!("the mechanical unit '{}' is taken as rigid", unit.name);
+                self.log.warning(Code::Assumed, line, what);
+                self.external.work_on(unit)
+            }
+            (Holds::Work, Carrier::Arm) => Ok(Work::Held),
+            (Holds::Tool, Carrier::Arm) => {
+                Err("the arm holds the work object (robhold TRUE), and the tool, too".to_owned())
+            }
+            (Holds::Work, _) => Err("the tool stands (robhold FALSE), and the arm does not hold \
+                                       the work object; name one with robhold TRUE"
+                .to_owned()),
+        }
+    }
+}
+
+/// The frame of a tool that the program declares.
+fn frame_of_tool(tool: &Value) -> Result<ToolFrame, String> {
+    let is_held = tool.part(0, "a tool")?.bool()?;
+    let frame = pose(tool.part(1, "a tool frame")?)?;
+    Ok((frame, if is_held { Holds::Tool } else { Holds::Work }))
+}

@@ -1,0 +1,190 @@
+//! Work that the arm or a positioner carries: frames, loads, dwells, positions that are read back.
+
+use std::sync::Arc;
+
+use detune::input::{Reading, read_robot};
+use detune::motion::{MechanicalUnit, UnitAxis, Work};
+use detune::notes::{Code, Note};
+use detune::path::{Path, tool_frames};
+use detune::program::{Dialect, Program, Settings, read};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
+
+use super::support::{CLOSE_M, assert_pose, at, end, pose, settings};
+
+/// The first instruction is on line 7.
+const DATA: &str = "MODULE m\n\
+    PERS tooldata grinder:=[FALSE,[[700,-150,500],[1,0,0,0]],[3,[0,0,40],[1,0,0,0],0,0,0]];\n\
+    PERS tooldata spindle:=[TRUE,[[0,0,150],[1,0,0,0]],[4,[0,0,50],[1,0,0,0],0,0,0]];\n\
+    PERS wobjdata part:=[TRUE,TRUE,\"\",[[0,0,160],[1,0,0,0]],[[10,20,0],[1,0,0,0]]];\n\
+    PERS wobjdata table:=[FALSE,FALSE,\"Stn1\",[[9,9,9],[1,0,0,0]],[[0,0,30],[1,0,0,0]]];\n\
+    PROC main()\n";
+
+fn run(instructions: &str, settings: &Settings) -> Result<Program, Vec<Note>> {
+    let text = format!("{DATA}{instructions}ENDPROC\nENDMODULE\n");
+    read(text.as_bytes(), Dialect::Rapid, settings)
+}
+
+/// A robtarget with the tool turned half about x.
+fn target(x: f64, y: f64, z: f64, axis: &str) -> String {
+    format!("[[{x},{y},{z}],[0,1,0,0],[0,0,0,0],[9E9,{axis},9E9,9E9,9E9,9E9]]")
+}
+
+/// A table that turns about a vertical axis through (1000, 0), with its frame 200 mm beside it.
+fn with_table() -> Settings {
+    let axis = UnitAxis {
+        name: "eax_b".to_owned(),
+        axis: Unit::new_normalize(Vector3::z()),
+        origin_m: Point3::new(1.0, 0.0, 0.0),
+        slides: false,
+    };
+    let unit = MechanicalUnit {
+        name: "STN1".to_owned(),
+        axes: vec![axis],
+        frame: Isometry3::translation(1.2, 0.0, 0.4),
+    };
+    let mut settings = settings();
+    settings.mechanical_units.insert("stn1".to_owned(), Arc::new(unit));
+    settings
+}
+
+fn joints() -> String {
+    "[[0,0,0,0,30,0],[9E9,0,9E9,9E9,9E9,9E9]]".to_owned()
+}
+
+#[test]
+fn a_tool_that_stands_is_where_the_program_has_it() {
+    let [a, b] = [target(0.0, 0.0, 10.0, "9E9"), target(40.0, 0.0, 10.0, "9E9")];
+    let program = run(
+        &format!(
+            "MoveAbsJ {},v100,fine,grinder\\WObj:=part;\nMoveJ {a},v100,fine,grinder\\WObj:=part;\n\
+             MoveL {b},v10,fine,grinder\\WObj:=part;\nWaitTime 2;\n",
+            joints()
+        ),
+        &settings(),
+    );
+    let program = program.unwrap();
+    assert!(program.moves.iter().all(|each| each.work == Work::Held));
+    for each in &program.moves {
+        assert_pose(&each.tcp, &pose([700.0, -150.0, 500.0], [1.0, 0.0, 0.0, 0.0]));
+    }
+    // In the tip frame: the work object lies at (10, 20, 160).
+    let [_, first, second, dwell] = &program.moves[..] else { panic!("{program:?}") };
+    let at = |x: f64| pose([x, 20.0, 170.0], [0.0, 1.0, 0.0, 0.0]);
+    let expected = [(first, 'T', 10.0), (second, 'L', 50.0), (dwell, 'T', 50.0)];
+    for (each, way, x) in expected {
+        assert_eq!(end(each).0, way);
+        assert_pose(&end(each).1, &at(x));
+    }
+}
+
+/// ABB's Technical reference manual, RAPID data types: with a stationary tool tload is the load of
+/// the gripper, in the wrist's frame, and the centre of a payload is in the object's frame.
+#[test]
+fn what_the_gripper_holds_lies_in_the_work_object() {
+    let to = format!("{},v10,fine,grinder\\WObj:=part;\n", target(0.0, 0.0, 0.0, "9E9"));
+    let grip = "GripLoad [1,[0,0,20],[1,0,0,0],0,0,0];\n";
+    let program = run(&format!("MoveJ {to}{grip}MoveJ {to}"), &settings()).unwrap();
+    let loads = program.moves.iter().map(|each| each.stated.load.clone().unwrap());
+    let loads: Vec<_> = loads.collect();
+    assert_eq!([loads[0].mass_kg, loads[1].mass_kg], [3.0, 4.0]);
+    assert_eq!(loads[0].com_m, Vector3::new(0.0, 0.0, 0.04));
+    // 3 kg at (0, 0, 40) and 1 kg at (10, 20, 160 + 20).
+    let expected = Vector3::new(10.0, 20.0, 3.0 * 40.0 + 180.0) / 4000.0;
+    assert!((loads[1].com_m - expected).norm() < 1e-12, "{}", loads[1].com_m);
+    // Without a work object nothing says where that is.
+    let program =
+        run(&format!("{grip}MoveAbsJ {},v10,fine,grinder;\n", joints()), &settings()).unwrap();
+    let doubts: Vec<_> =
+        program.warnings.iter().filter(|w| w.code == Code::ChangeIgnored).collect();
+    assert!(doubts[0].what.contains("GripLoad without a work object"), "{doubts:?}");
+}
+
+#[test]
+fn work_on_a_positioner_turns_with_its_axis() {
+    let on =
+        |angle: &str| format!("{},v10,fine,spindle\\WObj:=table;\n", target(5.0, 0.0, 0.0, angle));
+    let [first, second] = [on("-10"), on("20")];
+    let program = run(&format!("MoveJ {first}MoveL {second}WaitTime 1;\n"), &with_table()).unwrap();
+    let turns = program.moves.iter().map(|each| match &each.work {
+        Work::Moves(unit) => [unit.from[0].to_degrees(), unit.to[0].to_degrees()],
+        other => panic!("{other:?}"),
+    });
+    let turns: Vec<[f64; 2]> = turns.collect();
+    let expected = [[-10.0, -10.0], [-10.0, 20.0], [20.0, 20.0]];
+    for (found, expected) in turns.iter().flatten().zip(expected.iter().flatten()) {
+        assert!((found - expected).abs() < 1e-12, "{turns:?}");
+    }
+    // In the user frame, 30 mm beneath the work object; the uframe of the program does not count.
+    for each in &program.moves {
+        assert_pose(&end(each).1, &pose([5.0, 0.0, 30.0], [0.0, 1.0, 0.0, 0.0]));
+    }
+    let told: Vec<_> = program.warnings.iter().map(|note| note.what.as_str()).collect();
+    assert_eq!(told, ["the mechanical unit 'STN1' is taken as rigid"]);
+    let off = target(5.0, 0.0, 0.0, "9E9");
+    let found = run(&format!("MoveJ {off},v10,fine,spindle\\WObj:=table;\n"), &with_table());
+    let found = found.unwrap_err();
+    assert!(found[0].what.contains("eax_b is placed by no target so far"), "{found:?}");
+    assert_eq!(at(&found[0]), 7);
+}
+
+/// Where the robot stands is read back in the frame of the work as it lies there.
+#[test]
+fn a_position_that_is_read_back_is_one_in_the_work() {
+    let place = target(5.0, 6.0, 7.0, "90");
+    for (tool, object) in [("spindle", "table"), ("grinder", "part")] {
+        let program = run(
+            &format!(
+                "VAR robtarget here;\nMoveJ {place},v10,fine,{tool}\\WObj:={object};\n\
+                 here:=CRobT(\\Tool:={tool}\\WObj:={object});\n\
+                 MoveL Offs(here,0,0,1),v10,fine,{tool}\\WObj:={object};\n\
+                 here:=CRobT(\\WObj:={object});\n\
+                 MoveL Offs(here,0,0,1),v10,fine,{tool}\\WObj:={object};\n"
+            ),
+            &with_table(),
+        );
+        let program = program.unwrap();
+        let ends: Vec<_> =
+            program.moves.iter().map(|each| end(each).1.translation.vector).collect();
+        for (step, before) in ends.iter().skip(1).zip(&ends) {
+            assert!((step - before - Vector3::z() * 0.001).norm() < CLOSE_M, "{tool}: {ends:?}");
+        }
+    }
+    // A table at 90° has its frame at (1000, 200): in the base (1000 − 6, 200 + 5, 400 + 30 + 7).
+    let program = run(
+        &format!(
+            "VAR robtarget here;\nMoveJ {place},v10,fine,spindle\\WObj:=table;\n\
+             here:=CRobT(\\Tool:=spindle\\WObj:=wobj0);\nMoveL here,v10,fine,spindle;\n"
+        ),
+        &with_table(),
+    );
+    let found = end(&program.unwrap().moves[1]).1.translation.vector;
+    assert!((found - Vector3::new(0.994, 0.205, 0.437)).norm() < CLOSE_M, "{found}");
+}
+
+/// Work that is led along a tool that stands: the feed is that of the tool in the work.
+#[test]
+fn the_feed_of_a_tool_that_stands_is_that_in_the_work() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
+    let robot = read_robot(&file, &mut Reading::default()).unwrap();
+    let to = |x: f64, y: f64, z: f64| {
+        format!("MoveL {},v10,fine,grinder\\WObj:=part;\n", target(x, y, z, "9E9"))
+    };
+    // The tool's axes in the work are x, −y and −z; it stands upright in the base.
+    for (end, across, into_work, x) in [
+        (to(20.0, 0.0, 0.0), true, 0.0, Vector3::x()),
+        (to(0.0, 20.0, 0.0), true, 0.0, -Vector3::y()),
+        (to(0.0, 0.0, -20.0), false, 1.0, Vector3::x()),
+        (to(0.0, 0.0, 20.0), false, -1.0, Vector3::x()),
+    ] {
+        let program = run(&format!("{}{end}", to(0.0, 0.0, 0.0)), &settings()).unwrap();
+        let path = Path::plan(&robot, &program.moves, None).unwrap();
+        // 20 mm at 10 mm/s.
+        assert!((path.duration_s() - 2.0).abs() < 1e-9);
+        for (axes, feed) in tool_frames(&path, &[0.0, 0.5, 1.0]).unwrap() {
+            assert_eq!(feed.is_across, across, "{end}");
+            assert!((feed.into_work - into_work).abs() < 1e-6, "{end} {feed:?}");
+            assert!((axes[0] - x).norm() < 1e-6, "{end} {axes:?}");
+            assert!((axes[2] + Vector3::z()).norm() < 1e-6, "{axes:?}");
+        }
+    }
+}
