@@ -67,22 +67,25 @@ pub fn tool_frames(path: &Path, s: &[f64]) -> Result<Vec<ToolFrame>, Note> {
     let mut tips = Tips::of(path);
     let frame = |&s: &f64| {
         let around = [(s - NEARBY).max(0.0), s, (s + NEARBY).min(1.0)];
-        let [tip, tcp] = tips.at(s)?;
-        // Where the tool is in the work, in directions of the base frame.
-        let mut in_work = [Vector3::zeros(); 3];
+        let mut read = [[Isometry3::identity(); 2]; 3];
+        for (read, own) in read.iter_mut().zip(around) {
+            *read = tips.at(own)?;
+        }
         let (work, share) = path.work_at(s, s);
+        let [tip, tcp] = read[1];
         let axes = work.frame(share, &tip).rotation;
-        for (place, own) in in_work.iter_mut().zip(around) {
-            let [tip_there, tcp_there] = tips.at(own)?;
+        // Where the tool is in the work, in directions of the base frame.
+        let in_work = |i: usize| {
+            let [tip_there, tcp_there] = read[i];
             let tool = match work {
                 Work::Held => tip * tcp,
                 Work::Stands | Work::Moves(_) => tip_there * tcp_there,
             };
-            let (_, share) = path.work_at(s, own);
+            let (_, share) = path.work_at(s, around[i]);
             let frame = work.frame(share, &tip_there);
-            *place = axes * frame.inverse_transform_point(&tool.translation.vector.into()).coords;
-        }
-        let ([before, at, after], tool) = (in_work, tip * tcp);
+            axes * frame.inverse_transform_point(&tool.translation.vector.into()).coords
+        };
+        let ([before, at, after], tool) = ([0, 1, 2].map(in_work), tip * tcp);
         let (axes, _) = tool_axes(&tool, &(after - before));
         // The feed at a waypoint is that of the move that leads to it.
         let step = if s > 0.0 { at - before } else { after - at };

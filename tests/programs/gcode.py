@@ -11,9 +11,10 @@ COORDINATE = re.compile(r"[XYZxyz] ?(-?\d+(?:\.\d+)?)")
 
 
 class GCode(Writer):
-    def __init__(self, rng, has_files):
+    def __init__(self, rng, has_files, has_parameters=True):
         ways = [self.rotated, self.polar_stretch, self.moved, self.called]
         super().__init__(rng, ways, {"holes": self.holes, "again": self.again})
+        self.has_parameters = has_parameters
         self.has_files, self.subs, self.first, self.count = has_files, [], [], 1000
         self.callable, self.parts = ("M97", "M98", "own"), []
         self.turn, self.polar, self.radius, self.relative, self.fresh = None, False, None, False, False
@@ -57,7 +58,12 @@ class GCode(Writer):
         return [self.word(letter, value) for letter, value, needed in pairs if needed or self.chance(0.3)]
 
     def speed(self, rpm):
-        self.numbered(f"M3 S{n(rpm)}")
+        value = n(rpm)
+        if self.has_parameters and self.chance(0.3):
+            name = self.rng.choice(["#500", "#<_speed>"])
+            self.numbered(f"{name}={value}")
+            value = name
+        self.numbered(f"M3 S{value}")
         self.feed = None
 
     def dwell(self, seconds):
@@ -228,7 +234,7 @@ class GCode(Writer):
 
 def plain(truth, rng, rewritten=False):
     """Only what pygcode reads, too."""
-    writer = GCode(rng, False)
+    writer = GCode(rng, False, False)
     for item in flat(truth):
         writer.item(item)
     return "\n".join(["%", "O1 (RANDOM)", "G21 G90 G17 G94", *writer.out, "M5", "M30", "%", ""]), "nc"

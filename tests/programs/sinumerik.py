@@ -52,7 +52,7 @@ class Sinumerik(Writer):
         self.out.append(number + " ".join(words + self.fed(feed)) + self.rng.choice(["", " ; X5"]))
 
     def speed(self, rpm):
-        self.out.append(self.rng.choice([f"S{n(rpm)} M3", f"M3 S={n(rpm)}"]))
+        self.out.append(self.rng.choice([f"S{n(rpm)} M3", f"M3 S={n(rpm)}", f"R90={n(rpm)}\nS=R90 M3"]))
         self.feed, self.rpm = None, rpm
 
     def dwell(self, seconds):

@@ -38,7 +38,7 @@ pub(super) struct Word {
     /// In upper case; in lower case where it stands for several.
     pub(super) letter: u8,
     pub(super) value: f64,
-    /// Where the number stands in the line; `None` where it is computed.
+    /// Where the number stands in the text; `None` where it is computed, or in another file.
     pub(super) span: Option<Span>,
     pub(super) counts: Counts,
     /// Written with a decimal point; what is computed has none.
@@ -56,7 +56,7 @@ pub(super) struct Block {
     /// Names of Sinumerik and the like, with what stands in their parentheses.
     pub(super) names: Vec<(String, String)>,
     /// What is set when the block has been read.
-    pub(super) sets: Vec<(Key, f64)>,
+    pub(super) sets: Vec<(Key, f64, Option<Span>)>,
     /// Why H, which gives a length beside G43 or G44, is not known.
     pub(super) unset_length: Option<String>,
 }
@@ -103,13 +103,19 @@ impl Block {
 /// Longer names are shown in part.
 const MAX_NAME: usize = 20;
 
-/// Parses one line, without its end, into `block`.
+/// Parses one line, without its end, into `block`; `offset` is where it begins in the text of the
+/// program, `None` where numbers shall have no place.
 ///
 /// # Errors
 /// What is no word of a letter and a number.
-pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> Result<(), String> {
+pub(super) fn parse(
+    line: &str,
+    offset: Option<usize>,
+    block: &mut Block,
+    parameters: &Parameters,
+) -> Result<(), String> {
     block.clear();
-    let mut lexer = Lexer { bytes: line.as_bytes(), line, at: 0, parameters };
+    let mut lexer = Lexer { bytes: line.as_bytes(), line, offset, at: 0, parameters };
     lexer.skip()?;
     match lexer.byte() {
         Some(b'%') => {
@@ -161,6 +167,8 @@ pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> R
 struct Lexer<'t> {
     bytes: &'t [u8],
     line: &'t str,
+    /// Where the line begins in the text.
+    offset: Option<usize>,
     at: usize,
     parameters: &'t Parameters,
 }
@@ -212,11 +220,12 @@ impl<'t> Lexer<'t> {
     fn expression(
         &mut self,
         read: impl FnOnce(&mut Reader<'t>) -> Result<f64, String>,
-    ) -> Result<f64, String> {
+    ) -> Result<(f64, Option<Span>), String> {
         let mut reader = Reader::new(self.bytes, self.at, self.parameters);
         let value = read(&mut reader)?;
+        let span = reader.place(self.at, value, self.offset);
         self.at = reader.at;
-        not_vacant(value)
+        Ok((not_vacant(value)?, span))
     }
 
     /// Behind `=` in a block of Sinumerik's, in which nothing says when what it sets counts.
@@ -224,10 +233,10 @@ impl<'t> Lexer<'t> {
         &mut self,
         block: &Block,
         read: impl FnOnce(&mut Reader<'t>) -> Result<f64, String>,
-    ) -> Result<f64, String> {
+    ) -> Result<(f64, Option<Span>), String> {
         let mut reader = Reader::new(self.bytes, self.at, self.parameters);
         let value = read(&mut reader);
-        let is_set = |key: &&Key| block.sets.iter().any(|(set, _)| set.name() == key.name());
+        let is_set = |key: &&Key| block.sets.iter().any(|(set, ..)| set.name() == key.name());
         if let Some(key) = reader.read.iter().find(is_set) {
             return Err(format!(
                 "{} is read in the block that sets it: whether the value before counts or the new \
@@ -236,8 +245,9 @@ impl<'t> Lexer<'t> {
             ));
         }
         let value = value?;
+        let span = reader.place(self.at, value, self.offset);
         self.at = reader.at;
-        not_vacant(value)
+        Ok((not_vacant(value)?, span))
     }
 
     /// `#1 = 5`: counts once the whole block is read.
@@ -247,9 +257,11 @@ impl<'t> Lexer<'t> {
         if !reader.take(b'=') {
             return Err("a parameter stands where a word is expected".to_owned());
         }
+        let from = reader.at;
         let value = reader.expression()?;
+        let span = reader.place(from, value, self.offset);
         self.at = reader.at;
-        block.sets.push((key, value));
+        block.sets.push((key, value, span));
         Ok(())
     }
 
@@ -335,7 +347,7 @@ impl<'t> Lexer<'t> {
             if let Some(byte) = reader.peek() {
                 return Err(format!("'{}' is not understood behind DEF", char::from(byte)));
             }
-            block.sets.push((key(name.trim().to_ascii_lowercase()), value));
+            block.sets.push((key(name.trim().to_ascii_lowercase()), value, None));
         }
         Ok(())
     }
@@ -372,8 +384,8 @@ impl<'t> Lexer<'t> {
             |from: usize| bytes.get(from..).is_some_and(|d| d.iter().all(u8::is_ascii_digit));
         if bytes.first() == Some(&b'R') && bytes.len() > 1 && digits(1) {
             let key = Key::Name(name.to_ascii_lowercase());
-            let value = self.computed(block, Reader::expression)?;
-            block.sets.push((key, value));
+            let (value, span) = self.computed(block, Reader::expression)?;
+            block.sets.push((key, value, span));
             return Ok(());
         }
         let letter = match name {
@@ -408,8 +420,8 @@ impl<'t> Lexer<'t> {
                 if !name.starts_with('_') && self.parameters.get(&key).is_err() {
                     return Err(format!("'{name}=' is not understood"));
                 }
-                let value = self.computed(block, Reader::expression)?;
-                block.sets.push((key, value));
+                let (value, span) = self.computed(block, Reader::expression)?;
+                block.sets.push((key, value, span));
                 return Ok(());
             }
         };
@@ -432,21 +444,17 @@ impl<'t> Lexer<'t> {
         };
         if counts != Counts::AsModal {
             self.at += rest.find('(').unwrap_or(2);
-            let value = self.computed(block, Reader::primary)?;
+            let (value, _) = self.computed(block, Reader::primary)?;
             return add(block, Word { letter, value, span: None, counts, has_point: true });
         }
-        let from = self.at;
-        let value = match self.computed(block, Reader::expression) {
+        let (value, span) = match self.computed(block, Reader::expression) {
             // Where the machine goes, the program does not say in any case.
             Err(_) if self.is_of_machine() => {
                 self.at += rest.find([' ', '\t']).unwrap_or(rest.len());
-                0.0
+                (0.0, None)
             }
-            value => value?,
+            found => found?,
         };
-        let end = from + self.line.get(from..self.at).unwrap_or("").trim_end().len();
-        let is_literal = self.line.get(from..end).is_some_and(|text| text.parse() == Ok(value));
-        let span = is_literal.then(|| Span::new(from, end));
         add(block, Word { letter, value, span, counts, has_point: true })
     }
 
@@ -484,19 +492,17 @@ impl<'t> Lexer<'t> {
             || (matches!(self.byte(), Some(b'-' | b'+')) && self.sign_of_expression())
             || self.byte().is_some_and(|b| b.is_ascii_alphabetic()) && self.starts_function()
         {
-            let value = match self.expression(Reader::primary) {
+            let (value, span) = match self.expression(Reader::primary) {
                 // The number of a tool's length, which the controller may keep in a parameter.
                 Err(why) if letter == b'H' && why.ends_with(NOT_SET) => {
                     self.skip_primary();
                     block.unset_length = Some(why);
                     return Ok(());
                 }
-                value => value?,
+                found => found?,
             };
-            return add(
-                block,
-                Word { letter, value, span: None, counts: Counts::AsModal, has_point: false },
-            );
+            let counts = Counts::AsModal;
+            return add(block, Word { letter, value, span, counts, has_point: false });
         }
         self.scattered(letter, block)
     }
@@ -575,7 +581,7 @@ impl<'t> Lexer<'t> {
         let text = digits.or_else(|| self.line.get(start..end)).unwrap_or("");
         let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
         let value = value.ok_or_else(|| format!("{} has no number", char::from(letter)))?;
-        let span = Some(Span::new(start, end));
+        let span = self.offset.map(|offset| Span::new(start, end).behind(offset));
         let has_point = text.contains('.');
         add(block, Word { letter, value, span, counts: Counts::AsModal, has_point })
     }
@@ -608,7 +614,7 @@ mod tests {
 
     fn parsed(line: &str) -> Result<Block, String> {
         let mut block = Block::default();
-        parse(line, &mut block, &Parameters::default()).map(|()| block)
+        parse(line, Some(0), &mut block, &Parameters::default()).map(|()| block)
     }
 
     fn words(line: &str) -> Vec<(char, f64)> {

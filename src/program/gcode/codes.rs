@@ -38,14 +38,8 @@ struct Once {
     tool_length: bool,
 }
 
-/// Runs a block; `offset` is where its line begins.
-pub(super) fn run(
-    machine: &mut Machine<'_>,
-    flow: &mut Flow<'_>,
-    line: usize,
-    offset: usize,
-    block: &Block,
-) {
+/// Runs a block.
+pub(super) fn run(machine: &mut Machine<'_>, flow: &mut Flow<'_>, line: usize, block: &Block) {
     if block.words.is_empty() && block.names.is_empty() {
         return;
     }
@@ -59,7 +53,7 @@ pub(super) fn run(
         }
         return;
     }
-    if let Err(what) = run_checked(machine, flow, line, offset, block) {
+    if let Err(what) = run_checked(machine, flow, line, block) {
         machine.cutter.log.error(Code::Motion, line, what);
     }
 }
@@ -68,7 +62,6 @@ fn run_checked(
     machine: &mut Machine<'_>,
     flow: &mut Flow<'_>,
     line: usize,
-    offset: usize,
     block: &Block,
 ) -> Result<(), String> {
     if machine.corner.is_some() && parts_lines(block) {
@@ -104,16 +97,16 @@ fn run_checked(
         if machine.inches != inches && machine.cutter.feed.value.is_some() {
             return Err("F beside a change of units: controllers differ in what it means".into());
         }
-        machine.set_feed(line, feed, offset)?;
+        machine.set_feed(line, feed)?;
     }
     let modal = machine.cutter.feed;
     if let Some(feed) = block.word(BLOCK_FEED) {
-        machine.set_feed(line, feed, offset)?;
+        machine.set_feed(line, feed)?;
     }
     if once.macro_call {
         return macro_call(flow, block);
     }
-    spindle_and_tool(machine, &once, line, offset, block)?;
+    spindle_and_tool(machine, &once, line, block)?;
     let done = moves(machine, &once, line, block);
     if block.word(BLOCK_FEED).is_some() {
         machine.cutter.feed = modal;
@@ -297,7 +290,6 @@ fn spindle_and_tool(
     machine: &mut Machine<'_>,
     once: &Once,
     line: usize,
-    offset: usize,
     block: &Block,
 ) -> Result<(), String> {
     // Alone beside G4 it is a time in turns of the spindle.
@@ -308,7 +300,6 @@ fn spindle_and_tool(
             .to_owned());
     }
     if let Some(Word { value, span, .. }) = speed {
-        let span = span.map(|span| span.behind(offset));
         machine.cutter.state_speed(line, value, span)?;
     }
     if let Some(tool) = block.get('T') {

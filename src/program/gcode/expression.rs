@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::program::functions::function;
+use crate::program::span::Span;
 use crate::units::deg_from_rad;
 
 /// Expressions in one another beyond this are refused.
@@ -11,12 +12,19 @@ const MAX_DEPTH: usize = 40;
 /// Parameters that a program may set in all.
 const MAX_PARAMETERS: usize = 100_000;
 
+/// A value that is set, and the number of the text that it is, if it is one.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    value: f64,
+    span: Option<Span>,
+}
+
 /// What the program has set.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Parameters {
-    numbered: HashMap<i64, f64>,
+    numbered: HashMap<i64, Held>,
     /// By name in lower case; Sinumerik's R parameters as `r1`.
-    named: HashMap<String, f64>,
+    named: HashMap<String, Held>,
     /// Names of those that are rounded whenever they are set.
     whole: HashSet<String>,
     /// Of Sinumerik's, in which R parameters alone are known to all programs.
@@ -28,8 +36,8 @@ pub(super) struct Parameters {
 /// What belongs to one call: #1 to #33, and names that do not begin with an underscore.
 #[derive(Debug, Default)]
 pub(super) struct Locals {
-    numbered: HashMap<i64, f64>,
-    named: HashMap<String, f64>,
+    numbered: HashMap<i64, Held>,
+    named: HashMap<String, Held>,
 }
 
 /// A parameter as the text names it.
@@ -56,7 +64,7 @@ impl Parameters {
         Self { is_sinumerik, ..Self::default() }
     }
 
-    pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), String> {
+    pub(super) fn set(&mut self, key: Key, value: f64, span: Option<Span>) -> Result<(), String> {
         if value.is_nan() {
             match key {
                 Key::Number(number) => self.numbered.remove(&number),
@@ -70,14 +78,16 @@ impl Parameters {
         if self.numbered.len() + self.named.len() >= MAX_PARAMETERS {
             return Err("the program sets too many parameters".to_owned());
         }
+        let held = Held { value, span };
+        let whole = Held { value: value.round(), span: None };
         match key {
             Key::Number(0) => return Err("#0 cannot be set".to_owned()),
-            Key::Number(number) => self.numbered.insert(number, value),
-            Key::Name(name) if self.whole.contains(&name) => self.named.insert(name, value.round()),
-            Key::Name(name) => self.named.insert(name, value),
+            Key::Number(number) => self.numbered.insert(number, held),
+            Key::Name(name) if self.whole.contains(&name) => self.named.insert(name, whole),
+            Key::Name(name) => self.named.insert(name, held),
             Key::Whole(name) => {
                 self.whole.insert(name.clone());
-                self.named.insert(name, value.round())
+                self.named.insert(name, whole)
             }
         };
         Ok(())
@@ -85,21 +95,32 @@ impl Parameters {
 
     /// Not a number where the parameter is vacant, as #0 always is.
     pub(super) fn get(&self, key: &Key) -> Result<f64, String> {
-        let found = match key {
-            Key::Number(0) => Some(&f64::NAN),
-            Key::Number(number @ 1..=33) if self.are_macros.last() == Some(&true) => {
-                self.numbered.get(number).or(Some(&f64::NAN))
-            }
+        let is_vacant = match key {
+            Key::Number(0) => true,
+            Key::Number(1..=33) => self.are_macros.last() == Some(&true),
+            _ => false,
+        };
+        let found = self.held(key).map(|held| held.value).or(is_vacant.then_some(f64::NAN));
+        found.ok_or_else(|| format!("{} {NOT_SET}", shown(key)))
+    }
+
+    /// The number of the text that a parameter is, if it is one.
+    fn place(&self, key: &Key) -> Option<Span> {
+        self.held(key).and_then(|held| held.span)
+    }
+
+    fn held(&self, key: &Key) -> Option<&Held> {
+        match key {
             Key::Number(number) => self.numbered.get(number),
             Key::Name(name) | Key::Whole(name) => self.named.get(name),
-        };
-        found.copied().ok_or_else(|| format!("{} {NOT_SET}", shown(key)))
+        }
     }
 
     /// The numbered locals of a call: given, with the locals of the caller in return.
     pub(super) fn enter(&mut self, given: HashMap<i64, f64>, is_macro: bool) -> Locals {
         let kept = self.take_locals();
-        self.numbered.extend(given);
+        let held = |(number, value)| (number, Held { value, span: None });
+        self.numbered.extend(given.into_iter().map(held));
         self.are_macros.push(is_macro);
         kept
     }
@@ -264,6 +285,22 @@ impl<'t> Reader<'t> {
         let found = inner(self);
         self.depth -= 1;
         found
+    }
+
+    /// The number of the text that the expression from `from` to here is, if it is one: as it
+    /// stands in the line, or where the one parameter that it names was set to it.
+    pub(super) fn place(&self, from: usize, value: f64, offset: Option<usize>) -> Option<Span> {
+        let text = std::str::from_utf8(self.bytes.get(from..self.at)?).ok()?;
+        let start = from + text.len() - text.trim_start().len();
+        let text = text.trim();
+        if text.parse() == Ok(value) {
+            return Some(Span::new(start, start + text.len()).behind(offset?));
+        }
+        let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '#' | '<' | '>' | '_');
+        match &self.read[..] {
+            [key] if text.chars().all(is_name) => self.parameters.place(key),
+            _ => None,
+        }
     }
 
     /// A number, a parameter, a function or an expression in brackets, with its sign.
@@ -523,9 +560,9 @@ mod tests {
     #[test]
     fn expressions_have_the_precedence_of_rs_274() {
         let mut parameters = Parameters::default();
-        parameters.set(Key::Number(1), 4.0).unwrap();
-        parameters.set(Key::Name("depth".to_owned()), -2.5).unwrap();
-        parameters.set(Key::Number(4), 7.0).unwrap();
+        parameters.set(Key::Number(1), 4.0, None).unwrap();
+        parameters.set(Key::Name("depth".to_owned()), -2.5, None).unwrap();
+        parameters.set(Key::Number(4), 7.0, None).unwrap();
         for (text, expected) in [
             ("[2 + 3 * 2 ** 3]", 26.0),
             ("[[2+3]*2]", 10.0),

@@ -353,11 +353,12 @@ impl<'t> Flow<'t> {
     /// `#1 = 5`, behind THEN.
     fn assign(&mut self, text: &str) -> Result<(), String> {
         let mut block = super::block::Block::default();
-        super::block::parse(text, &mut block, &self.parameters)?;
+        super::block::parse(text, None, &mut block, &self.parameters)?;
         if !block.words.is_empty() || block.sets.is_empty() {
             return Err("behind THEN stands one assignment to a parameter".to_owned());
         }
-        block.sets.into_iter().try_for_each(|(key, value)| self.parameters.set(key, value))
+        let mut sets = block.sets.into_iter();
+        sets.try_for_each(|(key, value, span)| self.parameters.set(key, value, span))
     }
 
     /// The truth of `[…]` at a place, and where it ends.

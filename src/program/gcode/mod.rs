@@ -73,7 +73,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
                 continue;
             }
         }
-        let parsed = block::parse(content, &mut block, &flow.parameters);
+        let offset = (!is_beside).then_some(offset);
+        let parsed = block::parse(content, offset, &mut block, &flow.parameters);
         if block.optional {
             read_as_run(machine.cutter.log, line);
         }
@@ -85,11 +86,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
                 break;
             }
             Ok(()) => {
-                if is_beside {
-                    block.words.iter_mut().for_each(|word| word.span = None);
-                }
                 has_begun |= !block.words.is_empty() || !block.names.is_empty();
-                codes::run(&mut machine, &mut flow, line, offset, &block);
+                codes::run(&mut machine, &mut flow, line, &block);
                 set_parameters(&mut machine, &mut flow.parameters, line, &mut block);
             }
             Err(what) => {
@@ -115,7 +113,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     machine.cutter.unit.tell(machine.cutter.log, words, false);
     let moves = |line: &usize| {
         // What cannot be parsed is no block: remarks behind the closing mark.
-        let is_block = block::parse(lines[*line].1, &mut block, &flow.parameters).is_ok();
+        let is_block = block::parse(lines[*line].1, None, &mut block, &flow.parameters).is_ok();
         is_block && block.has_place()
     };
     if let Some(line) = flow.left_over().into_iter().find(moves) {
@@ -129,12 +127,12 @@ fn set_parameters(
     line: usize,
     block: &mut Block,
 ) {
-    for (key, value) in block.sets.drain(..) {
+    for (key, value, span) in block.sets.drain(..) {
         if matches!(key, Key::Number(5201..=5400 | 7001..=7960)) {
             let what = "sets a work offset, which is not supported: the job's work_object says it";
             machine.cutter.log.error(Code::Motion, line, what);
         }
-        if let Err(what) = parameters.set(key, value) {
+        if let Err(what) = parameters.set(key, value, span) {
             machine.cutter.log.error(Code::Value, line, what);
         }
     }
@@ -150,7 +148,7 @@ fn changes_tools(lines: &[(usize, &str)]) -> bool {
         });
         // A line that cannot be parsed is an error elsewhere.
         may && {
-            let _ = block::parse(line, &mut block, &none);
+            let _ = block::parse(line, None, &mut block, &none);
             block.codes('M').any(|code| code == 60)
         }
     })

@@ -156,21 +156,14 @@ impl<'a> Machine<'a> {
         self.feed_in_inches = if of_lengths_alone { self.basic_in_inches } else { inches };
     }
 
-    /// `offset`: where the line of the word begins.
-    pub(super) fn set_feed(
-        &mut self,
-        line: usize,
-        word: Word,
-        offset: usize,
-    ) -> Result<(), String> {
+    pub(super) fn set_feed(&mut self, line: usize, word: Word) -> Result<(), String> {
         if word.value <= 0.0 {
             return Err(format!("F is {}, must be positive", word.value));
         }
         let kind = self.cutter.feed.kind;
         let value = self.feed_in(kind, word.value);
         let feed = Feed { kind, value: Some(value) };
-        let span = word.span.map(|span| span.behind(offset));
-        self.cutter.state_feed(line, feed, word.value, span);
+        self.cutter.state_feed(line, feed, word.value, word.span);
         Ok(())
     }
 

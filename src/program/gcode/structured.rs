@@ -90,7 +90,7 @@ impl Flow<'_> {
     fn begin_for(&mut self, rest: &str, line: usize) -> Result<(), String> {
         let end = self.structure.end(line, "FOR")?;
         let (key, first, last) = self.counted(rest)?;
-        self.parameters.set(key, first)?;
+        self.parameters.set(key, first, None)?;
         if first > last {
             self.next = end + 1;
         }
@@ -105,7 +105,7 @@ impl Flow<'_> {
         let key = Key::Name(name.trim().to_ascii_lowercase());
         let next = self.parameters.get(&key)? + 1.0;
         let (_, _, last) = self.counted(rest)?;
-        self.parameters.set(key, next)?;
+        self.parameters.set(key, next, None)?;
         if next <= last {
             self.next = start + 1;
         }

@@ -324,3 +324,44 @@ fn what_else_a_number_means_is_told() {
     let [(line, what)] = &beside(&text, Dialect::Krl, &job, 2700.0)[..] else { panic!() };
     assert!(*line == 8 && what.contains("inline form"), "{line} {what}");
 }
+
+/// A parameter of G-code stands for the number that it was last set to in the text.
+#[test]
+fn numbers_that_parameters_of_gcode_pass_on() {
+    let path = "G90 G0 X0 Y0 Z10";
+    let gcode = |body: &str| format!("%\nG21\n{path}\n{body}\nG1 X50 F600\nM30\n%\n");
+    let read_back = |old: &str, new: &str, dialect| {
+        let found = written(old, dialect, &settings(), &[(ALL, 1500.0)]);
+        assert_eq!(found.as_deref(), Ok(new), "{old}");
+    };
+    for (old, new) in [
+        ("#1=3000\nS#1 M3", "#1=1500\nS#1 M3"),
+        ("#<speed> = 3000. (rpm)\nS #<speed> M3", "#<speed> = 1500. (rpm)\nS #<speed> M3"),
+        ("#1=200\n#1=3000\nS#1 M3\n#1=7", "#1=200\n#1=1500\nS#1 M3\n#1=7"),
+    ] {
+        let (old, new) = (gcode(old), gcode(new).replace("F600", "F300"));
+        read_back(&old, &new, Dialect::GCode);
+    }
+    // The feed by a parameter, too.
+    let [old, new] = [600, 300].map(|feed| {
+        format!("%\nG21\n#101={}\n#102={feed}\n{path}\nS#101 M3\nG1 X50 F#102\nM30\n%\n", 5 * feed)
+    });
+    read_back(&old, &new, Dialect::GCode);
+    let mpf = |speed: u32, feed: u32| {
+        format!("R1={speed} R2={feed}\n{path}\nS=R1 M3\nG1 X50 F=R2\nM30\n")
+    };
+    read_back(&mpf(3000, 600), &mpf(1500, 300), Dialect::Sinumerik);
+    // What is worked out is no number of the text, and one that places a move is not changed.
+    for (body, said) in [
+        ("#1=1000\n#1=#1+2000\nS#1 M3", "is computed"),
+        ("#1=1000\nS[#1*3] M3", "is computed"),
+        ("#1=30\nS#1 M3\nG1 X#1", "places it, too"),
+        ("#1=3000\nS#1 M3\nG1 X1\n#1=20\nG1 X2 F#1", "would"),
+    ] {
+        let found = written(&gcode(body), Dialect::GCode, &settings(), &[(ALL, 1500.0)]);
+        match found {
+            Err(why) => assert!(why.contains(said), "{body}: {why}"),
+            Ok(text) => assert_eq!(said, "would", "{body}: {text}"),
+        }
+    }
+}
