@@ -1,10 +1,13 @@
 //! A text is read or refused, never more; what is read is rewritten or refused, and what is rewritten
 //! reads as it should.
 
-use detune::motion::{Move, Target};
+use std::sync::Arc;
+
+use detune::motion::{MechanicalUnit, Move, Target, UnitAxis};
 use detune::program::{
     Companion, Dialect, NewSpeed, Rewrite, SetBy, Setter, Settings, Spindle, read, rewrite,
 };
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 fn settings() -> Settings {
     let mut settings = Settings {
@@ -14,6 +17,15 @@ fn settings() -> Settings {
         work_object: Some(Default::default()),
         ..Settings::default()
     };
+    let axes = [("eax_b", false), ("eax_c", true)].map(|(name, slides)| UnitAxis {
+        name: name.to_owned(),
+        axis: Unit::new_normalize(Vector3::z()),
+        origin_m: Point3::origin(),
+        slides,
+    });
+    let frame = Isometry3::translation(1.0, 0.0, 0.5);
+    let unit = MechanicalUnit { name: "STN1".to_owned(), axes: axes.into(), frame };
+    settings.mechanical_units.insert("stn1".to_owned(), Arc::new(unit));
     settings.spindle_from =
         Some(SetBy { what: Setter::Procedure("SPINDLE".to_owned(), 1), per_unit: 1.0 });
     settings
@@ -58,7 +70,7 @@ pub(crate) fn run(dialect: Dialect, data: &[u8]) -> Option<Vec<u8>> {
     let again = read(&new.bytes, dialect, &settings).expect("what was written is read");
     assert_eq!(again.moves.len(), program.moves.len());
     for (old, new) in program.moves.iter().zip(&again.moves).skip(1) {
-        assert_eq!(old.to, new.to);
+        assert_eq!((&old.to, &old.work), (&new.to, &new.work));
         if let Some(Spindle::Turns(Some(rpm))) = new.stated.spindle {
             assert!((rpm - 1234.5).abs() < 1e-3);
         }

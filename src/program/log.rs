@@ -528,8 +528,13 @@ fn way_m(from: &Isometry3<f64>, to: &Target) -> Option<f64> {
 }
 
 fn is_finite(each: &Move) -> bool {
-    let pose = |pose: &Isometry3<f64>| {
+    let finite = |pose: &Isometry3<f64>| {
         pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
+    };
+    // Where the work is carried, numbers overflow on the way to the base frame.
+    let pose = |pose: &Isometry3<f64>| {
+        let ends = || [0.0, 1.0].iter().all(|&u| finite(&each.tip(u, pose)));
+        finite(pose) && (each.work == Work::Stands || ends())
     };
     let timed = match each.timing {
         Timing::Feed | Timing::Rapid => true,
@@ -538,7 +543,7 @@ fn is_finite(each: &Move) -> bool {
     };
     timed
         && each.feed_m_per_s.is_finite()
-        && pose(&each.tcp)
+        && finite(&each.tcp)
         && match &each.to {
             Target::Joints(joints) => joints.iter().all(|joint| joint.is_finite()),
             Target::JointsTo(end) | Target::Line(end) => pose(end),

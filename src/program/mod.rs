@@ -16,10 +16,10 @@
 //!   move and behind the last; the way back from them is taken straight in the joints where it is
 //!   rapid, and refused at feed.
 //!
-//! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot, or in
-//! the frame of work that is carried; the TCP is given in the tip frame, which for an ABB arm is its
-//! `tool0`, or in the base frame where the arm carries the work. Where robot and program
-//! could both give a frame:
+//! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot, or
+//! in the frame of work that is carried; the TCP is given in the tip frame, which for an ABB arm is
+//! its `tool0`, or in the base frame where the arm carries the work. Where robot and program could
+//! both give a frame:
 //!
 //! | | in the program | in the job | used |
 //! |---|---|---|---|

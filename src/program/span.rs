@@ -1,4 +1,4 @@
-//! Where a number stands in a text.
+//! Where numbers stand in a text.
 
 /// Bytes of the decoded text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -15,5 +15,19 @@ impl Span {
     /// The same number where its line begins at `offset`.
     pub(super) fn behind(self, offset: usize) -> Self {
         Self { start: self.start + offset, end: self.end + offset }
+    }
+}
+
+/// What a parameter is set to, and the number of the text that it is, if it is one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Held {
+    pub(super) value: f64,
+    pub(super) span: Option<Span>,
+}
+
+impl Held {
+    /// One that is worked out.
+    pub(super) fn worked_out(value: f64) -> Self {
+        Self { value, span: None }
     }
 }

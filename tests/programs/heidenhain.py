@@ -37,7 +37,8 @@ class Heidenhain(Writer):
         self.out.append(" ".join(words) + self.fed(feed) + self.rng.choice(["", "", " ; X99"]))
 
     def speed(self, rpm):
-        self.out += [f"TOOL CALL 5 Z S{n(rpm)}", "M3"]
+        first = self.rng.choice([[], [], [f"Q50 = {n(rpm)}"], [f"FN 0: Q50 = +{n(rpm)}"]])
+        self.out += [*first, f"TOOL CALL 5 Z S+Q50" if first else f"TOOL CALL 5 Z S{n(rpm)}", "M3"]
         self.feed = None
 
     def dwell(self, seconds):

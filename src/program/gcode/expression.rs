@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::program::functions::function;
-use crate::program::span::Span;
+use crate::program::span::{Held, Span};
 use crate::units::deg_from_rad;
 
 /// Expressions in one another beyond this are refused.
@@ -11,13 +11,6 @@ const MAX_DEPTH: usize = 40;
 
 /// Parameters that a program may set in all.
 const MAX_PARAMETERS: usize = 100_000;
-
-/// A value that is set, and the number of the text that it is, if it is one.
-#[derive(Debug, Clone, Copy)]
-struct Held {
-    value: f64,
-    span: Option<Span>,
-}
 
 /// What the program has set.
 #[derive(Debug, Default, Clone)]
@@ -79,7 +72,7 @@ impl Parameters {
             return Err("the program sets too many parameters".to_owned());
         }
         let held = Held { value, span };
-        let whole = Held { value: value.round(), span: None };
+        let whole = Held::worked_out(value.round());
         match key {
             Key::Number(0) => return Err("#0 cannot be set".to_owned()),
             Key::Number(number) => self.numbered.insert(number, held),
@@ -119,7 +112,7 @@ impl Parameters {
     /// The numbered locals of a call: given, with the locals of the caller in return.
     pub(super) fn enter(&mut self, given: HashMap<i64, f64>, is_macro: bool) -> Locals {
         let kept = self.take_locals();
-        let held = |(number, value)| (number, Held { value, span: None });
+        let held = |(number, value)| (number, Held::worked_out(value));
         self.numbered.extend(given.into_iter().map(held));
         self.are_macros.push(is_macro);
         kept

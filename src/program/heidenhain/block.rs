@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::program::span::Span;
+use crate::program::span::{Held, Span};
 
 /// Words whose number is one of its own: `CYCL DEF 7.1`, also as `CYCL DEF7.1`.
 const NUMBERED_BEHIND: [&str; 5] = ["DEF", "CALL", "LBL", "PROBE", "FN"];
@@ -16,7 +16,7 @@ pub(super) struct Word<'t> {
     /// Letters as they stand, without a sign.
     pub(super) name: &'t str,
     pub(super) value: Option<f64>,
-    /// Place of the number in the text.
+    /// Place of the number in the text, there or where a parameter was set to it.
     pub(super) span: Option<Span>,
     /// `DR+`, `DR-`: a sign without a number.
     pub(super) sign: Option<bool>,
@@ -139,7 +139,7 @@ fn is_cycle(block: &Text<'_>) -> bool {
 }
 
 /// Q parameters that the program sets, by number.
-pub(super) type Parameters = BTreeMap<u32, f64>;
+pub(super) type Parameters = BTreeMap<u32, Held>;
 
 /// The words of a text that begins at `offset` of the program's. Decimal commas are points; a Q
 /// parameter that is known stands for its number.
@@ -201,12 +201,13 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
             let own = word(content, start, at, at + length, offset).named(content, start, name_end);
             at += length;
             // `Q206 = Q2`; `FN 0: Q2 = …` sets it.
-            let (value, length) = parameter(content, at, parameters);
+            let (held, length) = parameter(content, at, parameters);
             at += length;
-            let negative = own.sign == Some(false);
-            let value = value.map(|value| if negative { -value } else { value });
-            let sign = own.sign.filter(|_| value.is_none());
-            words.push(Word { value: own.value.or(value), sign, ..own });
+            let held = held.map(|held| signed(held, own.sign == Some(false)));
+            let sign = own.sign.filter(|_| held.is_none());
+            let span = own.span.or(held.and_then(|held| held.span));
+            let value = own.value.or(held.map(|held| held.value));
+            words.push(Word { value, span, sign, ..own });
             continue;
         }
         // `FQ2` is F with the value of Q2, `X-Q2` X with its negative.
@@ -215,11 +216,11 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
         }
         let name_end = at;
         let sign = usize::from(matches!(bytes.get(at), Some(b'+' | b'-')));
-        let (value, length) = parameter(content, at + sign, parameters);
-        if let Some(value) = value {
-            let value = if sign == 1 && bytes[at] == b'-' { -value } else { value };
+        let (held, length) = parameter(content, at + sign, parameters);
+        if let Some(held) = held {
+            let Held { value, span } = signed(held, sign == 1 && bytes[at] == b'-');
             let own = word(content, start, at, at, offset).named(content, start, name_end);
-            words.push(Word { value: Some(value), ..own });
+            words.push(Word { value: Some(value), span, ..own });
             at += sign + length;
             continue;
         }
@@ -241,14 +242,19 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
 
 /// The value of the Q parameter that stands at a place, if the program has set it, and how long its
 /// name is.
-fn parameter(content: &str, at: usize, parameters: &Parameters) -> (Option<f64>, usize) {
+fn parameter(content: &str, at: usize, parameters: &Parameters) -> (Option<Held>, usize) {
     let digits = content.get(at..).and_then(|rest| rest.strip_prefix('Q')).unwrap_or("");
     let length = digits.bytes().take_while(u8::is_ascii_digit).count();
     let number = digits.get(..length).and_then(|digits| digits.parse().ok());
     match number.and_then(|number: u32| parameters.get(&number)) {
-        Some(value) => (Some(*value), 1 + length),
+        Some(held) => (Some(*held), 1 + length),
         None => (None, 0),
     }
+}
+
+/// With a minus before it, it is no number of the text.
+fn signed(held: Held, is_negative: bool) -> Held {
+    if is_negative { Held::worked_out(-held.value) } else { held }
 }
 
 impl<'t> Word<'t> {
@@ -327,7 +333,9 @@ mod tests {
 
     #[test]
     fn parameters_that_are_known_stand_for_their_numbers() {
-        let known = Parameters::from([(2, 68.0), (30, -1.5)]);
+        let known =
+            [(2, 68.0), (30, -1.5)].map(|(number, value)| (number, Held::worked_out(value)));
+        let known = Parameters::from(known);
         let values = |text| -> Vec<(&str, Option<f64>)> {
             let block = parse(text, 0, &known);
             block.words.iter().map(|word| (word.name, word.value)).collect()

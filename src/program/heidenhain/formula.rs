@@ -167,17 +167,21 @@ impl Formula<'_> {
         let digits: String = digits.map(|byte| char::from(*byte)).collect();
         self.at += digits.len();
         let known = digits.parse().ok().and_then(|number: u32| self.known.get(&number));
-        known.copied().ok_or_else(|| format!("Q{digits} is read, and the program has not set it"))
+        let value = known.map(|held| held.value);
+        value.ok_or_else(|| format!("Q{digits} is read, and the program has not set it"))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::program::span::Held;
 
     #[test]
     fn formulas_as_the_manual_has_them() {
-        let known = Parameters::from([(1, 10.0), (2, -4.0), (12, 3.5)]);
+        let known = [(1, 10.0), (2, -4.0), (12, 3.5)];
+        let known =
+            Parameters::from(known.map(|(number, value)| (number, Held::worked_out(value))));
         for (text, expected) in [
             ("Q1 - 3", 7.0),
             ("- 3", -3.0),

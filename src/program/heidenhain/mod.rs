@@ -20,6 +20,7 @@ use super::arc::Plane;
 use super::corner::Corner;
 use super::cutter::{Cutter, Feed, FeedKind};
 use super::log::Log;
+use super::span::{Held, Span};
 use super::unread::{behind_end, left_over, read_as_run};
 use super::{Pace, Settings};
 use crate::notes::Code;
@@ -228,7 +229,9 @@ impl<'a, 't> Reader<'a, 't> {
                 let number = block.words.get(1).and_then(|word| word.value).unwrap_or(f64::NAN);
                 let (_, rest) = text.split_once(':').unwrap_or(("", ""));
                 match number {
-                    _ if (0.0..=8.0).contains(&number) || number == 13.0 => self.assign(rest),
+                    _ if (0.0..=8.0).contains(&number) || number == 13.0 => {
+                        self.assign(rest, block)
+                    }
                     _ if (9.0..=12.0).contains(&number) => self.jump(rest),
                     // Prints.
                     _ if number == 16.0 => Ok(()),
@@ -271,7 +274,7 @@ impl<'a, 't> Reader<'a, 't> {
                     self.cutter.leave(line, [false, false, true], "PLANE with MB");
                 }
                 // The angles of the rotary axes that it works out.
-                self.parameters.extend((120..=122).map(|number| (number, 0.0)));
+                self.parameters.extend((120..=122).map(|number| (number, Held::worked_out(0.0))));
                 Ok(())
             }
             "PLANE" => Err("PLANE tilts the working plane and is not supported".to_owned()),
@@ -283,7 +286,7 @@ impl<'a, 't> Reader<'a, 't> {
                 Ok(())
             }
             "M" => self.m_codes(line, block, false),
-            name if name.starts_with('Q') => self.assign(text),
+            name if name.starts_with('Q') => self.assign(text, block),
             "SPL" => Err("SPL is a spline, which is not read: have lines and arcs written".into()),
             name => Err(format!("'{name}' is not understood; motion may be lost")),
         }
@@ -298,7 +301,7 @@ impl<'a, 't> Reader<'a, 't> {
     }
 
     /// `Q2 = Q1 + 68`, also behind `FN 1:`.
-    fn assign(&mut self, text: &str) -> Result<(), String> {
+    fn assign(&mut self, text: &str, block: &Block<'_>) -> Result<(), String> {
         let (name, formula) = text.split_once('=').ok_or("a Q parameter without '='")?;
         let digits = name.trim().strip_prefix(['Q', 'q']).unwrap_or("");
         let number = digits.parse::<u32>();
@@ -309,7 +312,13 @@ impl<'a, 't> Reader<'a, 't> {
         if self.cycle.as_ref().is_some_and(|cycle| cycle.has(number)) {
             return Err(format!("Q{number} of a cycle that is defined is changed: not supported"));
         }
-        self.parameters.insert(number, value?);
+        let value = value?;
+        let is_number = formula.replace(',', ".").trim().parse() == Ok(value);
+        let word = block.words.iter().find(|word| word.name.strip_prefix('Q') == Some(digits));
+        let span = word.filter(|_| is_number).and_then(|word| word.span);
+        let sign = usize::from(formula.trim_start().starts_with('+'));
+        let span = span.map(|span| Span::new(span.start + sign, span.end));
+        self.parameters.insert(number, Held { value, span });
         Ok(())
     }
 

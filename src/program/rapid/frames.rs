@@ -153,8 +153,8 @@ impl<'a> Interpreter<'a> {
         let Some(unit) = self.settings.mechanical_units.get(&name.to_lowercase()) else {
             return Err(format!(
                 "it moves with the mechanical unit '{name}' (ufprog FALSE), whose place no program \
-                 says; write path.program.mechanical_units: {{{name}: {{axes: [{{name: eax_a, axis: \
-                 [0, 0, 1], origin_m: …}}], user_frame: …}}}} in the job"
+                 says; write path.program.mechanical_units: {{{name}: {{axes: [{{name: eax_a, \
+                 axis: [0, 0, 1], origin_m: …}}], user_frame: …}}}} in the job"
             ));
         };
         if is_held {

@@ -14,8 +14,9 @@ use super::support::{at, lines, settings};
 #[path = "../../../fuzz/fuzz_targets/reader.rs"]
 mod reader;
 
-const PROGRAMS: [(Dialect, &[u8]); 6] = [
+const PROGRAMS: [(Dialect, &[u8]); 7] = [
     (Dialect::Rapid, include_bytes!("../../data/programs/pocket_latin1_crlf.mod")),
+    (Dialect::Rapid, include_bytes!("../../data/programs/carried.mod")),
     (Dialect::Apt, include_bytes!("../../data/programs/contour.apt")),
     (Dialect::GCode, include_bytes!("../../data/programs/pocket.ngc")),
     (Dialect::Krl, include_bytes!("../../data/programs/pocket.src")),

@@ -325,9 +325,9 @@ fn what_else_a_number_means_is_told() {
     assert!(*line == 8 && what.contains("inline form"), "{line} {what}");
 }
 
-/// A parameter of G-code stands for the number that it was last set to in the text.
+/// A parameter stands for the number that it was last set to in the text.
 #[test]
-fn numbers_that_parameters_of_gcode_pass_on() {
+fn numbers_that_parameters_pass_on() {
     let path = "G90 G0 X0 Y0 Z10";
     let gcode = |body: &str| format!("%\nG21\n{path}\n{body}\nG1 X50 F600\nM30\n%\n");
     let read_back = |old: &str, new: &str, dialect| {
@@ -351,6 +351,13 @@ fn numbers_that_parameters_of_gcode_pass_on() {
         format!("R1={speed} R2={feed}\n{path}\nS=R1 M3\nG1 X50 F=R2\nM30\n")
     };
     read_back(&mpf(3000, 600), &mpf(1500, 300), Dialect::Sinumerik);
+    let h = |speed: u32, feed: u32| {
+        format!(
+            "BEGIN PGM P MM\nFN 0: Q1 = +{speed}\nQ2 = {feed} ;FEED\nTOOL CALL 1 Z S+Q1\nL X+0 Y+0 Z+10 R0 FMAX M3\n\
+             L X+50 FQ2\nEND PGM P MM\n"
+        )
+    };
+    read_back(&h(3000, 600), &h(1500, 300), Dialect::Heidenhain);
     // What is worked out is no number of the text, and one that places a move is not changed.
     for (body, said) in [
         ("#1=1000\n#1=#1+2000\nS#1 M3", "is computed"),
