@@ -75,6 +75,8 @@ pub struct Stated {
     pub external: Vec<(usize, f64)>,
     /// How fast the tool may turn, rad/s.
     pub turning_rad_per_s: Option<f64>,
+    /// What external axes need for the move at the speed that the program has for them, s.
+    pub external_s: f64,
     /// The arm configuration at the end of the move.
     pub configuration: Option<Arc<Configuration>>,
 }
@@ -179,13 +181,28 @@ pub enum Target {
     /// turns about one fixed axis at a constant rate.
     Line(Isometry3<f64>),
     /// An arc of a circle of the tool centre point through `via` to `end`, in the frame of the
-    /// work; the orientation turns as on a line, by way of `via`.
+    /// work.
     Arc {
         /// A pose on the arc.
         via: Isometry3<f64>,
         /// The end of the arc.
         end: Isometry3<f64>,
+        /// How the tool turns on it.
+        turning: Turning,
     },
+}
+
+/// How the tool turns on an arc, at a constant rate over its length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Turning {
+    /// As on a line to the orientation of the pose on the arc, and as on another from there.
+    #[default]
+    ByWay,
+    /// As on one line from start to end; the pose on the arc tells which way round.
+    ToEnd,
+    /// With the arc, and against it as on one line from start to end; the pose on the arc tells
+    /// which way round.
+    WithArc,
 }
 
 /// Three points closer to one line than this share of their distance do not make an arc.
@@ -242,7 +259,12 @@ impl Circle {
 
     /// The point behind the share `u` of the arc, 0..=1.
     pub(crate) fn at(&self, u: f64) -> Vector3<f64> {
-        self.centre + Rotation3::from_axis_angle(&self.axis, self.angles[1] * u) * self.start
+        self.centre + self.turn(u) * self.start
+    }
+
+    /// What has turned with the arc behind the share `u` of it.
+    pub(crate) fn turn(&self, u: f64) -> Rotation3<f64> {
+        Rotation3::from_axis_angle(&self.axis, self.angles[1] * u)
     }
 }
 

@@ -37,7 +37,7 @@ fn is_sound(each: &Move) -> bool {
         Target::JointsTo(end) | Target::Line(end) => {
             end.translation.vector.iter().all(|x| x.is_finite())
         }
-        Target::Arc { via, end } => {
+        Target::Arc { via, end, .. } => {
             let points = [via, end].map(|pose| pose.translation.vector);
             points.iter().all(|point| point.iter().all(|x| x.is_finite()))
         }

@@ -312,7 +312,9 @@ fn tried(
                 Target::Joints(_) => return None,
                 Target::JointsTo(pose) => Target::JointsTo(changed(pose)),
                 Target::Line(pose) => Target::Line(changed(pose)),
-                Target::Arc { via, end } => Target::Arc { via: changed(via), end: changed(end) },
+                Target::Arc { via, end, turning } => {
+                    Target::Arc { via: changed(via), end: changed(end), turning: *turning }
+                }
             };
             Some(Move { to, ..a_move.clone() })
         })

@@ -385,6 +385,20 @@ fn mechanical_units(
                 slides: axis.moves == Some(raw::AxisMoves::Slides),
             });
         }
+        let is_twice =
+            |axis: &UnitAxis| axes.iter().filter(|own| own.name == axis.name).count() > 1;
+        let twice = match axes.iter().find(|axis| is_twice(axis)) {
+            Some(axis) => Some(format!("{name} has the axis '{}' twice", axis.name)),
+            None if found.contains_key(&name.to_lowercase()) => {
+                Some(format!("has '{name}' twice: RAPID ignores case"))
+            }
+            None => None,
+        };
+        if let Some(what) = twice {
+            let steps = [Step::Key("program"), Step::Key("mechanical_units"), Step::Key(name)];
+            let what = format!("{}: path.program.mechanical_units: {what}", context.called);
+            notes.error(Code::Value, path.line_at(&steps), what);
+        }
         let frame = unit.user_frame.as_ref().map_or_else(Isometry3::identity, |raw| {
             frame(raw.xyz_m.unwrap_or_default(), raw.rpy_rad.unwrap_or_default())
         });

@@ -114,6 +114,24 @@ impl Work {
         }
     }
 
+    /// Largest change of an axis that moves the work, rad or m.
+    pub(crate) fn largest_step(&self) -> f64 {
+        let Self::Moves(of) = self else { return 0.0 };
+        of.from.iter().zip(&of.to).fold(0.0, |most, (from, to)| most.max((to - from).abs()))
+    }
+
+    /// How fast work that moves carries a point of the base frame and turns, per share of the move
+    /// at the share `u`: m and rad, in the base frame.
+    pub(crate) fn motion(&self, u: f64, at: &Point3<f64>) -> [Vector3<f64>; 2] {
+        /// Of the move: the error goes with its square.
+        const STEP: f64 = 1e-5;
+        let tip = Isometry3::identity();
+        let [before, here, after] = [u - STEP, u, u + STEP].map(|u| self.frame(u, &tip));
+        let at = here.inverse_transform_point(at);
+        let turn = after.rotation * before.rotation.inverse();
+        [(after * at - before * at) / (2.0 * STEP), turn.scaled_axis() / (2.0 * STEP)]
+    }
+
     /// The same where the move has ended.
     pub(crate) fn ended(&self) -> Self {
         match self {

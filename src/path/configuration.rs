@@ -3,9 +3,12 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::timed_path::{Beside, Knots, Segment, shown_joints};
-use crate::model::Robot;
+use crate::model::{InverseKinematics, Robot};
 use crate::motion::{Configuration, Move, Target};
 use crate::notes::Code;
+
+/// Targets for which other joint positions are searched.
+const MAX_SEARCHED: usize = 20;
 
 /// Joints this far beyond the edge of an arm configuration are in it: a target is taught at its
 /// edge as often as not, rad.
@@ -19,13 +22,22 @@ pub(super) fn configured(
     found: Vec<Vec<f64>>,
 ) -> Result<Vec<Vec<f64>>, (Code, String)> {
     let Some(asked) = &a_move.stated.configuration else { return Ok(found) };
-    let slack = FRAC_PI_2 + SAME_CONFIGURATION;
-    let mut fitting: Vec<Vec<f64>> =
-        found.iter().filter_map(|q| turned_into(robot, q, asked, slack)).collect();
+    let into = |slack: f64| -> Vec<Vec<f64>> {
+        found.iter().filter_map(|q| turned_into(robot, q, asked, slack)).collect()
+    };
+    let mut fitting = into(SAME_CONFIGURATION);
+    if fitting.is_empty() {
+        fitting = into(FRAC_PI_2 + SAME_CONFIGURATION);
+    }
     // Where none is in it, the nearest one is as good, up to a quadrant beside as at the end of a
     // line: frames that were measured anew move a joint across zero.
-    let least = fitting.iter().map(|q| beyond(asked, q)).fold(f64::INFINITY, f64::min);
-    fitting.retain(|q| beyond(asked, q) <= least.max(SAME_CONFIGURATION));
+    let is_in = |q: &Vec<f64>| beyond(asked, q) <= SAME_CONFIGURATION;
+    if fitting.iter().any(is_in) {
+        fitting.retain(is_in);
+    } else {
+        let least = fitting.iter().map(|q| beyond_in_all(asked, q)).fold(f64::INFINITY, f64::min);
+        fitting.retain(|q| beyond_in_all(asked, q) <= least);
+    }
     if fitting.is_empty() {
         let nearest = found.first().map_or_else(String::new, |q| shown_joints(robot, q));
         let what = format!(
@@ -41,6 +53,7 @@ pub(super) fn configured(
 /// Where a planned path ends its moves beside the configurations that `moves` ask for.
 pub(super) fn beside_configurations(
     robot: &Robot,
+    kinematics: &InverseKinematics,
     moves: &[Move],
     knots: &Knots,
     segments: &[Segment],
@@ -58,9 +71,42 @@ pub(super) fn beside_configurations(
         let q = knots.q.get(knot * n..).and_then(|rest| rest.get(..n));
         let Some(q) = q.filter(|q| beyond(asked, q) > SAME_CONFIGURATION) else { continue };
         let what = format!("{}: {}", asked.shown, shown_joints(robot, q));
-        found.push(Beside { index, line: a_move.line, what });
+        // Searched for the first few alone: a search each.
+        let is_open = found.len() < MAX_SEARCHED && has_another(robot, kinematics, a_move, q);
+        found.push(Beside { index, line: a_move.line, what, is_open });
     }
     found
+}
+
+/// Whether other joint positions reach the target of a move about as near to the arm configuration
+/// that it asks for as `q`.
+fn has_another(robot: &Robot, kinematics: &InverseKinematics, a_move: &Move, q: &[f64]) -> bool {
+    /// Positions that are no nearer to each other are others, rad.
+    const OTHER: f64 = 0.1;
+    /// As near: no further off than this many times as far.
+    const AS_NEAR: f64 = 1.5;
+    let (Some(asked), Target::JointsTo(pose) | Target::Line(pose) | Target::Arc { end: pose, .. }) =
+        (&a_move.stated.configuration, &a_move.to)
+    else {
+        return false;
+    };
+    let found = kinematics.solutions_near(robot, &a_move.tip(1.0, pose), q);
+    let slack = FRAC_PI_2 + SAME_CONFIGURATION;
+    let mut fitting = found.iter().filter_map(|q| turned_into(robot, q, asked, slack));
+    let own = beyond_in_all(asked, q);
+    fitting.any(|other| {
+        let is_other = other.iter().zip(q).any(|(a, b)| (a - b).abs() > OTHER);
+        is_other && beyond_in_all(asked, &other) <= AS_NEAR * own
+    })
+}
+
+/// How far the joints are from an arm configuration all together, rad.
+fn beyond_in_all(asked: &Configuration, q: &[f64]) -> f64 {
+    let own = asked.joints.iter().filter_map(|&(joint, [low, high])| {
+        let at = *q.get(joint)?;
+        Some((low - at).max(at - high).max(0.0))
+    });
+    own.sum()
 }
 
 /// How far the joints are from an arm configuration, rad; 0 and less within it.

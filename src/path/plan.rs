@@ -73,7 +73,8 @@ impl<'a> Path<'a> {
         for (rank, start) in starts.iter().enumerate() {
             match Planner::new(robot, &kinematics, start).run(moves) {
                 Ok((knots, segments)) if rank == 0 || start_near.is_none() => {
-                    let beside = beside_configurations(robot, moves, &knots, &segments);
+                    let beside =
+                        beside_configurations(robot, &kinematics, moves, &knots, &segments);
                     let found_start = (rank > 0).then(|| start.clone());
                     let mut path = Self::assemble(robot, kinematics, knots, segments);
                     (path.found_start, path.beside) = (found_start, beside);
@@ -309,9 +310,9 @@ impl<'r> Planner<'r> {
                 let curve = Curve::line(next.start(&self.solver.tip(&self.q)), *pose);
                 self.follow(next, curve)
             }
-            Target::Arc { via, end } => {
+            Target::Arc { via, end, turning } => {
                 let from = next.start(&self.solver.tip(&self.q));
-                let curve = Curve::arc(from, *via, *end).ok_or_else(|| {
+                let curve = Curve::arc(from, *via, *end, *turning).ok_or_else(|| {
                     (Code::Motion, "the three points of the arc lie on one line".to_owned())
                 })?;
                 self.follow(next, curve)

@@ -228,6 +228,12 @@ impl<'a> Path<'a> {
         Some((first.line, &first.what, others.len()))
     }
 
+    /// The line of the first of these targets that several joint positions reach about as near to
+    /// the arm configuration.
+    pub fn open_configuration(&self) -> Option<usize> {
+        self.beside.iter().find(|target| target.is_open).map(|target| target.line)
+    }
+
     /// The joint positions where the path starts, as start_near_deg has them, if nobody asked for
     /// them and nearer ones reach the first target, too, but do not lead along the path.
     pub fn found_start(&self) -> Option<String> {
@@ -434,6 +440,8 @@ pub(super) struct Beside {
     pub(super) line: usize,
     /// What was asked for, and the joint positions.
     pub(super) what: String,
+    /// Whether others are about as near.
+    pub(super) is_open: bool,
 }
 
 /// Knots as they are found, over time.

@@ -51,9 +51,9 @@ impl<'a> Clock<'a> {
     }
 
     /// Way of the tool centre point while the joints go straight from `from` to `to`, m, and what
-    /// the tool turns on it, rad: against the base, or against work that the arm holds.
+    /// the tool turns on it, rad, both in the frame of the work.
     pub(super) fn joint_move_ways(&mut self, next: &Move, from: &[f64], to: &[f64]) -> (f64, f64) {
-        let step = largest_step(from, to);
+        let step = largest_step(from, to).max(next.work.largest_step());
         let nodes: &[(f64, f64)] = if step <= MAX_SHORT_PIECE { &TWO_POINTS } else { &FIVE_POINTS };
         let pieces = (step / MAX_PIECE).ceil().max(1.0);
         let (mut length, mut turn) = (0.0, 0.0);
@@ -75,6 +75,12 @@ impl<'a> Clock<'a> {
                     velocity += self.jacobian.fixed_view::<3, 1>(0, j) * (b - a);
                     turning += self.jacobian.fixed_view::<3, 1>(3, j) * (b - a);
                 }
+                if matches!(next.work, Work::Moves(_)) {
+                    let tip = forward_kinematics(self.robot, &self.placement);
+                    let [carried, turned] = next.work.motion(u, &(tip * tcp));
+                    velocity -= carried;
+                    turning -= turned;
+                }
                 length += weight / pieces * velocity.norm();
                 turn += weight / pieces * turning.norm();
             }
@@ -90,7 +96,8 @@ pub(super) fn stands_still(length_m: f64) -> bool {
 
 /// Seconds for a move: as the program gives them, or the way of the tool centre point over the
 /// feed; where the point stands still, no less than the slowest joint's motion at its largest
-/// speed; no less than the turn of the tool at the speed that the program has for it. `ways` is
+/// speed; no less than the turn of the tool, and than external axes, at the speed that the program
+/// has for them. `ways` is
 /// what each joint turns or slides in all, `turn_rad` what the tool turns.
 ///
 /// `Err` names a joint that has no largest speed to go by.
@@ -102,7 +109,7 @@ pub(super) fn seconds(
     ways: &[f64],
 ) -> Result<f64, usize> {
     let by_feed = length_m / next.feed_m_per_s;
-    let by_feed = by_feed.max(by_turn(turn_rad, next).unwrap_or(0.0));
+    let by_feed = by_feed.max(by_turn(turn_rad, next).unwrap_or(0.0)).max(next.stated.external_s);
     match next.timing {
         Timing::Seconds(seconds) => Ok(seconds),
         // Without a limit of speed its share says nothing.
@@ -127,6 +134,7 @@ pub(super) fn is_of_feed(length_m: f64, turn_rad: f64, next: &Move) -> bool {
     matches!(next.timing, Timing::Feed | Timing::Rapid)
         && !stands_still(length_m)
         && by_turn(turn_rad, next).is_none_or(|seconds| seconds <= by_feed)
+        && next.stated.external_s <= by_feed
 }
 
 /// Seconds that the slowest joint takes at its largest speed.

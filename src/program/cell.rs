@@ -79,10 +79,10 @@ pub(super) struct External {
     at: HashMap<String, f64>,
     /// What was said of an axis that moves: the same at every move, so that it is one error.
     told: HashMap<String, String>,
+    /// Where each was placed, mm or degrees, now and at the end of the move before.
+    given: [HashMap<String, f64>; 2],
     /// Axes of mechanical units that carry the work, and whether they slide.
     unit_axes: HashMap<String, bool>,
-    /// Positions of these, rad or m, now and at the end of the move before.
-    of_units: [HashMap<String, f64>; 2],
 }
 
 impl External {
@@ -94,47 +94,65 @@ impl External {
             joint_count: settings.joint_count,
             at: HashMap::new(),
             told: HashMap::new(),
+            given: Default::default(),
             unit_axes: unit_axes.map(|axis| (axis.name.clone(), axis.slides)).collect(),
-            of_units: Default::default(),
         }
     }
 
     /// A move begins.
     pub(super) fn move_begins(&mut self) {
-        let [now, before] = &mut self.of_units;
+        let [now, before] = &mut self.given;
         if now != before {
             before.clone_from(now);
         }
     }
 
+    /// What the axes that move need for the move that has begun, s, at these speeds, mm/s and
+    /// degrees/s.
+    pub(super) fn seconds(&self, [sliding, turning]: [Option<f64>; 2]) -> f64 {
+        let [now, before] = &self.given;
+        let needs = now.iter().filter_map(|(name, to)| {
+            let joint = self.joints.iter().find(|(own, _)| own == name);
+            let slides = joint.map(|(_, axis)| axis.slides);
+            let slides = slides.or(self.unit_axes.get(name).copied())?;
+            let speed = if slides { sliding } else { turning };
+            Some((to - before.get(name)?).abs() / speed.filter(|speed| *speed > 0.0)?)
+        });
+        needs.fold(0.0, f64::max)
+    }
+
+    /// Where an axis was placed last, mm or degrees.
+    pub(super) fn stands_at(&self, name: &str) -> Option<f64> {
+        self.given[0].get(name).copied()
+    }
+
     /// What a unit does on the move that has begun, where it carries the work.
     pub(super) fn work_on(&self, unit: &Arc<MechanicalUnit>) -> Result<Work, String> {
-        let [now, before] = &self.of_units;
-        let to = |axis: &UnitAxis| {
-            let at = now.get(&axis.name).copied();
-            at.ok_or_else(|| format!("external axis {} is placed by no target so far", axis.name))
+        let [now, before] = &self.given;
+        let to = |axis: &UnitAxis| match now.get(&axis.name) {
+            Some(at) => Ok(si(*at, axis.slides)),
+            None => Err(format!("external axis {} is placed by no target so far", axis.name)),
         };
         let to: Vec<f64> = unit.axes.iter().map(to).collect::<Result<_, _>>()?;
         let starts = unit.axes.iter().zip(&to);
-        let from = starts.map(|(axis, to)| before.get(&axis.name).copied().unwrap_or(*to));
+        let from = starts.map(|(axis, to)| match before.get(&axis.name) {
+            Some(at) => si(*at, axis.slides),
+            None => *to,
+        });
         let from = from.collect();
         Ok(Work::Moves(Arc::new(UnitMove { unit: Arc::clone(unit), from, to })))
     }
 
     /// An axis is to be at a position, mm or degrees.
     pub(super) fn place(&mut self, log: &mut Log, name: &str, value: f64) -> Result<(), String> {
-        let si = |slides| if slides { m_from_mm(value) } else { rad_from_deg(value) };
-        let of_unit = self.unit_axes.get(name);
-        if let Some(slides) = of_unit {
-            self.of_units[0].insert(name.to_owned(), si(*slides));
-        }
+        self.given[0].insert(name.to_owned(), value);
         if let Some((_, axis)) = self.joints.iter().find(|(own, _)| own == name) {
-            let value = si(axis.slides);
+            let value = si(value, axis.slides);
             self.at.insert(name.to_owned(), value);
             log.hold(axis.joint, value);
             return Ok(());
         }
-        if of_unit.is_some() {
+        if self.unit_axes.contains_key(name) {
             return Ok(());
         }
         match self.at.get(name).copied() {
@@ -143,7 +161,12 @@ impl External {
                     format!(
                         "external axis {name} moves from {before} to {value}; write \
                          external_axes: {{{name}: …}} in the job, with the joint of the robot \
-                         that it is"
+                         that it is{}",
+                        if name.starts_with("eax_") {
+                            ", or path.program.mechanical_units with the unit that carries the work"
+                        } else {
+                            ""
+                        }
                     )
                 };
                 Err(self.told.entry(name.to_owned()).or_insert_with(what).clone())
@@ -199,6 +222,11 @@ impl External {
         }
         Ok(found)
     }
+}
+
+/// A position in mm or degrees, in m or rad.
+fn si(position: f64, slides: bool) -> f64 {
+    if slides { m_from_mm(position) } else { rad_from_deg(position) }
 }
 
 /// What a number sets.
@@ -336,25 +364,43 @@ pub(super) fn set_by_comment(
         let rest = comment.trim_start().strip_prefix(start.as_str());
         if let Some((value, digits)) = rest.and_then(number) {
             set(log, line, sets, Given::any(Ok(value), span(digits)), by.per_unit);
+        } else if is_unread(comment, start) {
+            tell_unread(log, line, start);
         }
     }
+}
+
+/// Whether a comment has the text that the job names, and a number behind it that is not read.
+fn is_unread(comment: &str, start: &str) -> bool {
+    let (comment, start) = (comment.to_lowercase(), start.to_lowercase());
+    let behind = comment.split_once(&start).map(|(_, behind)| behind);
+    behind.is_some_and(|behind| behind.contains(|c: char| c.is_ascii_digit()))
+}
+
+fn tell_unread(log: &mut Log, line: usize, start: &str) {
+    let what = format!(
+        "a comment has '{start}' and no number is read from it: expected '{start}' first, and the \
+         number behind it"
+    );
+    log.warning(Code::SpindleCommand, line, what);
 }
 
 /// A number in a comment: its line, what it sets, its value, its place, and what its unit stands
 /// for.
 type InComment = (usize, Sets, f64, Span, f64);
 
-/// Numbers in comments, by the line of the instruction that follows.
+/// Numbers in comments, by the line of the instruction that follows, and the comments that have
+/// the text that the job names, and no number that is read: line and text.
 #[derive(Debug, Default)]
-pub(super) struct Comments(HashMap<usize, Vec<InComment>>);
+pub(super) struct Comments(HashMap<usize, Vec<InComment>>, Vec<(usize, String)>);
 
 impl Comments {
     /// The comments of a program that set something; comments begin with `mark`.
     pub(super) fn of(text: &str, mark: char, settings: &Settings) -> Self {
         let mut found = HashMap::new();
-        let mut open = Vec::new();
+        let (mut open, mut unread) = (Vec::new(), Vec::new());
         if !all(settings).any(|(_, by)| matches!(by.what, Setter::Comment(_))) {
-            return Self(found);
+            return Self(found, unread);
         }
         for (index, whole) in text.lines().enumerate() {
             let line = whole.trim();
@@ -367,13 +413,34 @@ impl Comments {
                         let at = digits.as_ptr() as usize - text.as_ptr() as usize;
                         let span = Span::new(at, at + digits.len());
                         open.push((index + 1, sets, value, span, by.per_unit));
+                    } else if is_unread(comment, start) {
+                        unread.push((index + 1, start.clone()));
                     }
                 }
             } else if !line.is_empty() && !open.is_empty() {
                 found.insert(index + 1, std::mem::take(&mut open));
             }
         }
-        Self(found)
+        Self(found, unread)
+    }
+
+    /// Tells of comments whose number is not read: of the main file, and all of the others.
+    pub(super) fn tell(&self, mark: char, settings: &Settings, log: &mut Log) {
+        for (line, start) in &self.1 {
+            tell_unread(log, *line, start);
+        }
+        for other in &settings.companions {
+            let own = Self::of(&other.text, mark, settings);
+            let first = own.0.values().flatten().map(|(line, ..)| *line);
+            if let Some(line) = first.chain(own.1.iter().map(|(line, _)| *line)).min() {
+                let what = format!(
+                    "{}:{line}: a comment sets the spindle or the tool: comments are read in the \
+                     main file alone",
+                    other.name
+                );
+                log.warning(Code::SpindleCommand, 1, what);
+            }
+        }
     }
 
     /// Runs what comments before the instruction of this line set.
@@ -389,6 +456,12 @@ fn number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start_matches([' ', '\t', '=', ':']);
     let end = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
     let digits = text.get(..end)?;
+    // `12,000` and `1.2E4` are no numbers of this kind.
+    let mut behind = text.get(end..)?.chars();
+    let goes_on = matches!(behind.next(), Some(',' | 'e' | 'E'));
+    if goes_on && behind.next().is_some_and(|c| c.is_ascii_digit()) {
+        return None;
+    }
     Some((digits.parse().ok()?, digits))
 }
 
@@ -398,9 +471,14 @@ mod tests {
 
     #[test]
     fn numbers_behind_the_start_of_a_comment() {
-        for (text, expected) in
-            [(" 12000 rpm", Some(12000.0)), ("=800.5;", Some(800.5)), (" off", None), ("", None)]
-        {
+        for (text, expected) in [
+            (" 12000 rpm", Some(12000.0)),
+            ("=800.5;", Some(800.5)),
+            (" off", None),
+            ("", None),
+            (" 12,000", None),
+            (" 1.2E4", None),
+        ] {
             assert_eq!(number(text).map(|(value, _)| value), expected, "{text}");
         }
     }

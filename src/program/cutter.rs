@@ -12,7 +12,7 @@ use super::span::Span;
 use super::tool_axis::orientation;
 use super::unit_watch::UnitWatch;
 use super::{Pace, Settings, Spindle, tool_number};
-use crate::motion::Target;
+use crate::motion::{Target, Turning};
 use crate::notes::Code;
 use crate::units::{hz_from_rpm, m_from_mm, m_per_s_from_mm_per_min};
 
@@ -163,7 +163,12 @@ impl<'a> Cutter<'a> {
         };
         for piece in pieces {
             let [via, end] = [piece.via, piece.end].map(|point| self.pose(point));
-            self.log.motion(line, Target::Arc { via, end }, self.tcp, pace);
+            self.log.motion(
+                line,
+                Target::Arc { via, end, turning: Turning::ByWay },
+                self.tcp,
+                pace,
+            );
         }
         self.at = [Some(arc.end.x), Some(arc.end.y), Some(arc.end.z)];
         Ok(())

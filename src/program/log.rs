@@ -280,6 +280,7 @@ impl Log {
         }
         // It stands as it is.
         self.configure(None);
+        self.external_needs(0.0);
         let Some(last) = self.moves.last().filter(|_| seconds > 0.0 && !self.is_full) else {
             return;
         };
@@ -422,6 +423,13 @@ impl Log {
         }
     }
 
+    /// What external axes need for the next move, s.
+    pub(super) fn external_needs(&mut self, seconds: f64) {
+        if self.stated.external_s != seconds {
+            Arc::make_mut(&mut self.stated).external_s = seconds;
+        }
+    }
+
     /// The arm configuration that the next move asks for.
     pub(super) fn configure(&mut self, asked: Option<Configuration>) {
         if self.stated.configuration.as_deref() != asked.as_ref() {
@@ -434,6 +442,11 @@ impl Log {
         if self.stated.load.as_ref() != load {
             Arc::make_mut(&mut self.stated).load = load.cloned();
         }
+    }
+
+    /// What the tip carries now.
+    pub(super) fn carried(&self) -> Option<Arc<Load>> {
+        self.stated.load.clone()
     }
 
     /// A number of the text states something; feeds are taken down as the program's own.
@@ -519,7 +532,7 @@ fn way_m(from: &Isometry3<f64>, to: &Target) -> Option<f64> {
     match to {
         Target::Joints(_) => None,
         Target::JointsTo(end) | Target::Line(end) => Some((end.translation.vector - from).norm()),
-        Target::Arc { via, end } => {
+        Target::Arc { via, end, .. } => {
             let [via, end] = [via, end].map(|pose| pose.translation.vector);
             let chords = || (via - from).norm() + (end - via).norm();
             Some(Circle::through(from, via, end).map_or_else(chords, |circle| circle.length()))
@@ -547,7 +560,7 @@ fn is_finite(each: &Move) -> bool {
         && match &each.to {
             Target::Joints(joints) => joints.iter().all(|joint| joint.is_finite()),
             Target::JointsTo(end) | Target::Line(end) => pose(end),
-            Target::Arc { via, end } => pose(via) && pose(end),
+            Target::Arc { via, end, .. } => pose(via) && pose(end),
         }
 }
 
@@ -556,6 +569,7 @@ mod tests {
     use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
     use super::*;
+    use crate::motion::Turning;
     use crate::units::rad_from_deg;
 
     #[test]
@@ -566,7 +580,8 @@ mod tests {
             Isometry3::from_parts(Translation3::from(at), UnitQuaternion::identity())
         };
         for (via, end) in [(10.0, 30.0), (100.0, 190.0), (20.0, 300.0), (290.0, 350.0)] {
-            let arc = Target::Arc { via: point(via), end: point(end) };
+            let turning = Turning::default();
+            let arc = Target::Arc { via: point(via), end: point(end), turning };
             let length = way_m(&point(0.0), &arc).unwrap();
             assert!((length - 2.0 * rad_from_deg(end)).abs() < 1e-12, "{via} {end} {length}");
         }

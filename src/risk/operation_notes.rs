@@ -53,6 +53,16 @@ pub(super) fn on_operation(
         let place = Place { line: Some(line), ..Place::default() };
         warnings.push(in_operation(job, operation, Note::warning(Code::Assumed, place, what)));
     }
+    if let Some(line) = path.open_configuration() {
+        let what = "several joint positions reach the target about as near to the arm \
+                    configuration that the program asks for: the nearest are taken";
+        let place = Place { line: Some(line), ..Place::default() };
+        warnings.push(in_operation(
+            job,
+            operation,
+            Note::warning(Code::ChangeIgnored, place, what),
+        ));
+    }
     if let Some(overspeed) = path.worst_joint_overspeed() {
         let what = format!(
             "{overspeed}; the robot will be slower there than assumed{}",

@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 use std::sync::Arc;
 
 use detune::model::{Placement, Robot, forward_kinematics};
-use detune::motion::{Configuration, Move, Stated, Target, Timing, Work};
+use detune::motion::{Configuration, Move, Stated, Target, Timing, Turning, Work};
 use detune::notes::{Note, Part};
 use detune::path::{MAX_GAP, MAX_STEP, Path, grid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -192,7 +192,7 @@ fn an_arc_stays_on_its_circle() {
         (shifted(&a, [0.05, 0.05, 0.0], [0.0; 3]), shifted(&a, [0.1, 0.0, 0.0], [0.0; 3]));
     let path = Path::plan(
         &robot,
-        &moves(vec![Target::Line(a), Target::Arc { via, end }], tool()),
+        &moves(vec![Target::Line(a), Target::Arc { via, end, turning: Turning::ByWay }], tool()),
         Some(&HOME),
     )
     .unwrap();

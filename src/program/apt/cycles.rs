@@ -249,7 +249,6 @@ impl Reader<'_> {
             let key = key.to_ascii_uppercase();
             let (value, tail) = match tail {
                 [Word::Number(value, span), tail @ ..] => (Some((*value, *span)), tail),
-                // RTRCTO,AUTO: back to the clearance.
                 [Word::Name(word), tail @ ..]
                     if matches!(word.to_ascii_uppercase().as_str(), "AUTO" | "NONE") =>
                 {
@@ -290,8 +289,14 @@ impl Reader<'_> {
                         }
                     }
                 }
-                ("RTRCTO" | "RETURN" | "RETRCT", None)
-                | ("MANUAL" | "AUTO", None)
+                ("RTRCTO" | "RETURN" | "RETRCT", None) => {
+                    let what = format!(
+                        "CYCLE: {key} without a length is read as back to the clearance; posts of \
+                         NX go back to where the tool was before the cycle"
+                    );
+                    self.cutter.log.warning(Code::ChangeIgnored, line, what);
+                }
+                ("MANUAL" | "AUTO", None)
                 | ("DWELL" | "STEP" | "STEP1" | "INCR" | "TIMES" | "REV" | "CAM" | "ORIENT", _) => {
                 }
                 _ => return Err(format!("'{key}' is not understood in a cycle")),

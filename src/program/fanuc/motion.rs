@@ -1,12 +1,14 @@
 //! The motion statements of TP programs.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::position::{Held, JOINTS, POSE, axes, element_of};
 use super::registers::{outside, split_outside, starts_with};
 use super::run::Run;
 use super::text::{Group, Statement};
-use crate::motion::{Circle, Target};
+use crate::motion::{Circle, Configuration, Target, Turning};
 use crate::notes::Code;
 use crate::program::cell::of_job_tcp;
 use crate::program::log::States;
@@ -79,6 +81,7 @@ impl Run<'_> {
             self.place_axes(statement.line, &aim)?;
             let (place, tool) = self.resolve(statement.line, &aim.group)?;
             self.keep_config(statement.line, kind, &aim)?;
+            self.turn_numbers(statement.line, kind, &aim.group);
             tcp = Some(tool);
             places.push(place);
             last = Some(aim.group);
@@ -114,7 +117,7 @@ impl Run<'_> {
             }
             ("C", [Place::Pose(via), Place::Pose(end)]) => {
                 let (via, end) = (*via, *end);
-                self.log.motion(line, Target::Arc { via, end }, tcp, pace);
+                self.log.motion(line, Target::Arc { via, end, turning: Turning::ByWay }, tcp, pace);
             }
             ("A", [Place::Pose(pose)]) => self.arc_point(statement, *pose, tcp, pace)?,
             ("S", _) => return Err("S (spline) is not supported".to_owned()),
@@ -202,7 +205,7 @@ impl Run<'_> {
         };
         let turned = from.rotation.try_slerp(&to.rotation, 0.5, 1e-12).unwrap_or(to.rotation);
         let via = Isometry3::from_parts(circle.at(share).into(), turned);
-        self.log.motion(line, Target::Arc { via, end: to }, tcp, pace);
+        self.log.motion(line, Target::Arc { via, end: to, turning: Turning::ByWay }, tcp, pace);
         Ok(())
     }
 
@@ -309,8 +312,38 @@ impl Run<'_> {
         }
     }
 
+    /// A joint move ends with the turns of its CONFIG: with none, no axis is beyond half a turn.
+    /// Which axes other numbers are of differs between arms.
+    fn turn_numbers(&mut self, line: usize, kind: &str, group: &Group) {
+        const TURNING: [usize; 3] = [0, 3, 5];
+        let config = group.config.as_ref().filter(|_| kind == "J");
+        let words = config.iter().flat_map(|config| config.split([' ', ',']));
+        let turns: Vec<i32> = words.filter_map(|word| word.parse().ok()).collect();
+        let arm = self.external.arm().filter(|_| !turns.is_empty());
+        if turns.iter().any(|turn| *turn != 0) {
+            let what = "the turn numbers of CONFIG are not read where they are not 0: the arm is \
+                        taken to go the shorter way";
+            self.log.warning(Code::AxisIgnored, line, what);
+            self.log.configure(None);
+            return;
+        }
+        self.log.configure(config.zip(arm).map(|(config, arm)| Configuration {
+            shown: format!("CONFIG '{config}'"),
+            joints: TURNING.map(|axis| (arm[axis], [-PI, PI])).into(),
+        }));
+    }
+
     fn resolve(&mut self, line: usize, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
-        let tool = group.tool.or(self.tool).unwrap_or(0);
+        let tool = group.tool.or(self.tool);
+        let is_given = !self.settings.tool_frames.is_empty() && self.settings.tcp.is_none();
+        if tool.is_none() && is_given {
+            return Err(
+                "UT : F is the tool that is selected at run time, and the program selects \
+                        none: write the tcp in the job"
+                    .to_owned(),
+            );
+        }
+        let tool = tool.unwrap_or(0);
         let tcp = self.tcp(tool)?;
         self.log.tcp_of(of_job_tcp(self.settings, tool).filter(|_| !self.is_own_tool(tool)));
         if let Some(degrees) = six(group, JOINTS)? {
@@ -331,6 +364,14 @@ impl Run<'_> {
         }
         let numbers = six(group, POSE)?.ok_or("the position has neither X to R nor J1 to J6")?;
         let frame = group.frame.or(self.frame);
+        let is_given = !self.settings.base_frames.is_empty() && self.settings.work_object.is_none();
+        if frame.is_none() && is_given {
+            return Err(
+                "UF : F is the frame that is selected at run time, and the program selects \
+                        none: write the work_object in the job"
+                    .to_owned(),
+            );
+        }
         if frame == Some(0) && self.settings.work_object.is_some() {
             let what =
                 "UFRAME 0 is the robot's base frame: the job's work_object is not used there";

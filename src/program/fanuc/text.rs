@@ -261,7 +261,10 @@ fn component(field: &str, group: &mut Group) -> Result<(), String> {
         }
         _ => {
             let number = value.split_whitespace().next().unwrap_or("");
-            // What was never taught is written with stars.
+            // What was never taught is written with stars: an error where a move goes there.
+            if number.starts_with('*') {
+                return Ok(());
+            }
             let number = number.parse::<f64>().ok().filter(|number| number.is_finite());
             let number = number.ok_or_else(|| format!("{name} is '{value}', expected a number"))?;
             group.parts.insert(name.to_ascii_lowercase(), number);

@@ -238,6 +238,8 @@ fn modal(
         }
         400 | 430 | 440 | 490 | 500 | 610 | 611 | 640 | 130 | 970 | 6010 | 6020 | 6410 | 6420
         | 90 | 600 | 4500 | 4510 => {}
+        // Limits of travel, checked or not.
+        220 | 230 if !machine.is_sinumerik => {}
         // GRBL and LinuxCNC: the axes are those of a tool's length.
         431 if has_axes && block.word(b'H').is_none() => once.tool_length = true,
         431 => {}
@@ -555,6 +557,9 @@ fn flow_codes(
                 let p = block.get('P').ok_or("M98 without P")?;
                 if block.word(b'Q').is_some() {
                     return Err("M98 with Q begins within the subprogram: not supported".to_owned());
+                }
+                if block.word(b'K').is_some() {
+                    return Err("M98 with K: controllers differ in what it counts".to_owned());
                 }
                 // Older controllers write the repeats before the four digits of the number.
                 let (repeats, number) = match block.get('L') {

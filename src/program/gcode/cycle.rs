@@ -61,12 +61,15 @@ impl Machine<'_> {
         if let CycleKind::Unknown(code) = kind {
             return Err(format!("G{code} is not supported"));
         }
+        let Plane([u, v, w]) = self.plane;
+        if self.polar.is_on && self.relative && block.has_any(&[AXES[u], AXES[v]]) {
+            return Err("relative polar coordinates are not supported".to_owned());
+        }
         self.no_corner()?;
         let feed = self.cutter.pace()?;
         if self.cutter.feed.kind == FeedKind::InverseTime || self.rotary.moves_work() {
             return Err("a cycle in inverse time or on turned work is not supported".to_owned());
         }
-        let Plane([u, v, w]) = self.plane;
         let before = match self.cutter.place() {
             Some(place) => place,
             None => self.over_first_hole(line, block)?,
@@ -98,6 +101,18 @@ impl Machine<'_> {
         let bottom = level(given_z, retract);
         if bottom > retract {
             return Err(format!("the bottom ({name} {bottom}) lies above R ({retract})"));
+        }
+        if let Some(word) = block.word(b'Q')
+            && !word.has_point
+            && word.span.is_some()
+            && self.mm(word.value) > retract - bottom
+        {
+            let what = format!(
+                "Q{} without a decimal point is more than the depth, and no peck: controllers that \
+                 take it in micrometres peck",
+                word.value
+            );
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
         let repeats = block.get('L').or(block.get('K')).unwrap_or(1.0);
         if !(0.0..=MAX_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::expression::{Locals, Parameters, Reader, not_vacant};
+use super::expression::{Key, Locals, Parameters, Reader, not_vacant};
 use super::files::Files;
 use super::structure::{Structure, stripped};
 use crate::notes::Code;
@@ -283,9 +283,13 @@ impl<'t> Flow<'t> {
         Ok(())
     }
 
-    /// The first line of a program; behind `:20` there may be words on the line of its head.
+    /// The first line of a program; there may be words on the line of its head.
     fn behind_head(&self, head: usize) -> usize {
-        let has_words = self.lines.get(head).is_some_and(|(_, own)| stripped(own).starts_with(':'));
+        let has_words = |own: &str| {
+            let behind = own.trim_start_matches(|c: char| c.is_ascii_digit() || ":Oo ".contains(c));
+            own.starts_with(':') || behind.starts_with(|c: char| c.is_ascii_alphabetic())
+        };
+        let has_words = self.lines.get(head).is_some_and(|(_, own)| has_words(stripped(own)));
         if has_words { head } else { head + 1 }
     }
 
@@ -317,6 +321,10 @@ impl<'t> Flow<'t> {
             "IF" => {
                 let (truth, rest) = self.condition(content, 2)?;
                 let rest = content.get(rest..).unwrap_or("").trim_start();
+                let words = rest.split('(').next().unwrap_or(rest).to_ascii_uppercase();
+                if words.contains("ELSE") {
+                    return Err("ELSE in the block of its IF is not supported".to_owned());
+                }
                 match self::keyword(rest) {
                     "GOTO" if truth => self.jump(rest).map(|()| true),
                     "THEN" if truth => {
@@ -356,6 +364,9 @@ impl<'t> Flow<'t> {
         super::block::parse(text, None, &mut block, &self.parameters)?;
         if !block.words.is_empty() || block.sets.is_empty() {
             return Err("behind THEN stands one assignment to a parameter".to_owned());
+        }
+        if block.sets.iter().any(|(key, ..)| *key == Key::Number(3000)) {
+            return Err("#3000 raises an alarm: the machine stops here".to_owned());
         }
         let mut sets = block.sets.into_iter();
         sets.try_for_each(|(key, value, span)| self.parameters.set(key, value, span))
@@ -567,6 +578,8 @@ fn o_word(line: &str) -> Option<(String, String, usize)> {
     let rest = line.get(1 + length..)?;
     let blank = rest.len() - rest.trim_start().len();
     let letters = rest.trim_start().bytes().take_while(u8::is_ascii_alphabetic).count();
+    // `O8000 T4` is the head of a program with a word behind it.
+    let letters = if letters > 1 { letters } else { 0 };
     let keyword = rest.get(blank..blank + letters).filter(|word| !word.is_empty())?;
     Some((label, keyword.to_ascii_uppercase(), 1 + length + blank + letters))
 }

@@ -128,6 +128,10 @@ fn set_parameters(
     block: &mut Block,
 ) {
     for (key, value, span) in block.sets.drain(..) {
+        if key == Key::Number(3000) {
+            let what = "#3000 raises an alarm: the machine stops here";
+            machine.cutter.log.error(Code::Motion, line, what);
+        }
         if matches!(key, Key::Number(5201..=5400 | 7001..=7960)) {
             let what = "sets a work offset, which is not supported: the job's work_object says it";
             machine.cutter.log.error(Code::Motion, line, what);

@@ -101,6 +101,10 @@ impl Machine<'_> {
             // Places are those of the tool tip; directions by A3 to C3 or the job's rotary axes.
             return Ok(Name::None);
         }
+        if name == "SETMS" && matches!(inside.trim(), "" | "1") {
+            // The first spindle is the master, as it is read.
+            return Ok(Name::None);
+        }
         if name == "T=" {
             self.cutter.named_tool(line, inside);
             return Ok(Name::None);

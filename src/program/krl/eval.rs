@@ -319,7 +319,12 @@ impl<'a> Run<'a> {
                 let of = first.and_then(|form| form.parts().ok()?.get(part).cloned());
                 of.unwrap_or_else(|| Value::unknown(format!("{part} is in no file that is read")))
             }
-            "stool" | "stool2" | "sload" => {
+            "sload" => match first.map(|value| number_of(value, "tool_no")) {
+                Some(Ok(number)) => self.datum(&format!("load_data[{number}]")),
+                Some(Err(why)) => Value::unknown(why),
+                None => Value::unknown("SLOAD without a number"),
+            },
+            "stool" | "stool2" => {
                 let number = first.map(|value| number_of(value, "tool_no"));
                 known(
                     number

@@ -60,6 +60,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     match entry(&file, settings) {
         Ok(routine) => {
             let comments = Comments::of(text, ';', settings);
+            comments.tell(';', settings, log);
             let mut run = Run::new(&file, settings, comments, log);
             run.given_on = hints::given_on(&file, settings);
             run.run(routine);

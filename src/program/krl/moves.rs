@@ -10,7 +10,7 @@ use super::syntax::{Block, Expr, Motion, Path, Way, What};
 use super::turns::Turns;
 use super::value::{AXES, Parts, Value, base, frame, part};
 use super::words::{is_harmless, is_without_effect};
-use crate::motion::{Circle, Load, Target};
+use crate::motion::{Circle, Load, Target, Turning};
 use crate::notes::Code;
 use crate::program::cell::{base_frame, of_job_tcp, tool_frame};
 use crate::program::log::States;
@@ -18,12 +18,16 @@ use crate::program::spindle_names::is_spindles;
 use crate::program::{Pace, tool_number};
 use crate::units::{rad_from_deg, ratio_from_percent};
 
-/// Speeds, orientation, tool and base.
+/// LOAD_DATA of a controller.
+const LOADS: usize = 16;
+
+/// Speeds, orientation, tool and base, load.
 type Kept = (
     (Option<f64>, Option<f64>, [Option<f64>; 2]),
     Turns,
     (Isometry3<f64>, Isometry3<f64>, Option<String>),
     Option<(String, [bool; 2])>,
+    Option<Arc<Load>>,
 );
 
 impl<'a> Run<'a> {
@@ -450,7 +454,16 @@ impl<'a> Run<'a> {
     fn apply(&mut self, line: usize, with: &'a [(Path, Expr)]) {
         for (path, expr) in with {
             let value = self.eval(expr);
-            if is_without_effect(&path.name) || matches!(path.name.as_str(), "$load") {
+            if is_without_effect(&path.name) {
+                continue;
+            }
+            // SLOAD(n) is LOAD_DATA[n]: where no file has any, the job says what is carried.
+            let mut is_of_cell = || {
+                let mut all = (1..=LOADS).map(|n| self.datum(&format!("load_data[{n}]")));
+                all.all(|load| matches!(load, Value::Unknown(_)))
+            };
+            if path.name == "$load" && matches!(value, Value::Unknown(_)) && is_of_cell() {
+                self.log.load(None);
                 continue;
             }
             if self.set_numbered(line, path, expr) {
@@ -466,12 +479,14 @@ impl<'a> Run<'a> {
     /// What WITH may set for a motion.
     fn kept(&self) -> Kept {
         let speeds = (self.velocity, self.joint_share, self.turning);
-        (speeds, self.turns, (self.tcp, self.base, self.no_base.clone()), self.unknown_form.clone())
+        let frames = (self.tcp, self.base, self.no_base.clone());
+        (speeds, self.turns, frames, self.unknown_form.clone(), self.log.carried())
     }
 
     fn keep(&mut self, kept: Kept) {
-        let speeds;
-        (speeds, self.turns, (self.tcp, self.base, self.no_base), self.unknown_form) = kept;
+        let (speeds, load);
+        (speeds, self.turns, (self.tcp, self.base, self.no_base), self.unknown_form, load) = kept;
+        self.log.load(load.as_ref());
         (self.velocity, self.joint_share, self.turning) = speeds;
     }
 
@@ -581,7 +596,12 @@ impl<'a> Run<'a> {
         let pace = self.pace();
         self.joints = None;
         let Some(angle) = angle else {
-            self.log.motion(line, Target::Arc { via, end }, self.tcp, pace);
+            self.log.motion(
+                line,
+                Target::Arc { via, end, turning: Turning::ToEnd },
+                self.tcp,
+                pace,
+            );
             return Ok(());
         };
         let angle = rad_from_deg(self.eval(angle).num()?);
@@ -602,7 +622,12 @@ impl<'a> Run<'a> {
         for piece in 0..pieces as usize {
             let share = |part: f64| (piece as f64 + part) / pieces;
             let (via, end) = (at(share(0.5)), at(share(1.0)));
-            self.log.motion(line, Target::Arc { via, end }, self.tcp, pace);
+            self.log.motion(
+                line,
+                Target::Arc { via, end, turning: Turning::ToEnd },
+                self.tcp,
+                pace,
+            );
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::interpreter::{Datum, Flow, Interpreter};
 use super::syntax::{Args, Expr, Name, Optional, Routine};
 use super::value::Value;
+use crate::notes::Code;
 
 static NO_ARGS: Args = Args { positional: Vec::new(), optional: Vec::new() };
 
@@ -74,7 +75,14 @@ impl<'a> Interpreter<'a> {
             frame.insert(parameter.name.key.clone(), datum);
         }
         self.frames.push(frame);
-        let flow = self.block(&routine.body);
+        let flow = match self.block(&routine.body) {
+            Flow::Goto(label) => {
+                let what = format!("GOTO {label}: no block around it has this label");
+                self.log.error(Code::Motion, self.line, what);
+                Flow::Exit
+            }
+            flow => flow,
+        };
         let frame = self.frames.pop().unwrap_or_default();
         for (path, key) in back {
             if let Some(datum) = frame.get(key) {

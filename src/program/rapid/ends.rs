@@ -15,6 +15,7 @@ impl<'a> Interpreter<'a> {
     pub(super) fn doubt_behind(&mut self, end: &'a Statement, rest: &'a [Statement]) {
         let end = match &end.what {
             What::Return(_) => "RETURN",
+            What::Goto(_) => "GOTO",
             What::Call(name, _)
                 if matches!(name.key.as_str(), "exit" | "exitcycle" | "systemstopaction") =>
             {
@@ -22,7 +23,9 @@ impl<'a> Interpreter<'a> {
             }
             _ => return,
         };
-        if let Some(first) = rest.iter().find(|statement| self.moves(&statement.what)) {
+        // A label may be jumped to from elsewhere.
+        let dead = rest.iter().take_while(|own| !matches!(own.what, What::Label(_)));
+        if let Some(first) = dead.into_iter().find(|statement| self.moves(&statement.what)) {
             behind(self.log, if first.line > 0 { first.line } else { self.line }, end);
         }
     }

@@ -334,8 +334,14 @@ impl<'a> Interpreter<'a> {
             return value;
         }
         let options = self.options(args);
-        if name.key == "crobt" {
-            return known(self.current_target(args, &options));
+        match name.key.as_str() {
+            "crobt" => return known(self.current_target(args, &options)),
+            "cjointt" => return known(self.current_joints()),
+            "cpos" => {
+                let target = self.current_target(args, &options);
+                return known(target.and_then(|at| at.part(0, "a target").cloned()));
+            }
+            _ => {}
         }
         let positional: Vec<Value> = args.positional.iter().map(|arg| self.eval(arg)).collect();
         let given = Given { positional: &positional, optional: &options };

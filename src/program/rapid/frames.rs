@@ -1,48 +1,14 @@
-//! Frames of tools and work objects, and which of the two the arm holds.
+//! Frames of tools and work objects.
 
 use std::sync::Arc;
 
-use nalgebra::Isometry3;
-
+use super::carried::{Carrier, Holds, ToolFrame, WorkObject};
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr};
 use super::value::{Value, pose};
-use crate::motion::{MechanicalUnit, Work};
+use crate::motion::Work;
 use crate::notes::Code;
 use crate::program::log::Tool;
-
-/// What the arm holds; the other stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Holds {
-    Tool,
-    Work,
-}
-
-/// A tool centre point: in the tip frame where the arm holds the tool, else in the base frame.
-pub(super) type ToolFrame = (Isometry3<f64>, Holds);
-
-/// A work object: its frame in that of what carries it.
-#[derive(Debug, Default)]
-pub(super) struct WorkObject {
-    on: Carrier,
-    pub(super) frame: Isometry3<f64>,
-}
-
-/// What carries the work.
-#[derive(Debug, Default)]
-enum Carrier {
-    #[default]
-    Ground,
-    Arm,
-    Unit(Arc<MechanicalUnit>),
-}
-
-impl WorkObject {
-    /// One that stands still.
-    fn fixed(frame: Isometry3<f64>) -> Self {
-        Self { on: Carrier::Ground, frame }
-    }
-}
 
 impl<'a> Interpreter<'a> {
     pub(super) fn tool_centre_point(
@@ -53,6 +19,9 @@ impl<'a> Interpreter<'a> {
         let tool = self.eval(expr);
         let of_job = match (expr, &tool) {
             (Expr::Ref(path), Value::Unknown(_)) => Some(Tool::Name(path.name.shown.clone())),
+            (_, Value::Tool0) if self.own_frames()[0].is_some() => {
+                Some(Tool::Name("tool0".to_owned()))
+            }
             _ => None,
         };
         self.log.tcp_of(of_job);
@@ -150,6 +119,9 @@ impl<'a> Interpreter<'a> {
             Value::Text(name) => name.to_string(),
             _ => String::new(),
         };
+        if name.is_empty() {
+            return Err("it moves (ufprog FALSE), and ufmec names no mechanical unit".to_owned());
+        }
         let Some(unit) = self.settings.mechanical_units.get(&name.to_lowercase()) else {
             return Err(format!(
                 "it moves with the mechanical unit '{name}' (ufprog FALSE), whose place no program \

@@ -59,14 +59,13 @@ pub(super) fn sounds_like_motion(key: &str) -> bool {
 
 /// Instructions without motion of their own and without effect on later motion.
 pub(super) fn is_ignored(key: &str) -> bool {
-    const IGNORED: [&str; 92] = [
+    const IGNORED: [&str; 91] = [
         "accset",
         "actunit",
         "add",
         "bitclear",
         "bitset",
         "clear",
-        "cirpathmode",
         "clearpath",
         "clkreset",
         "clkstart",

@@ -4,11 +4,12 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
+use super::carried::WorkObject;
 use super::syntax::File;
 use super::timed::Timed;
 use super::value::Value;
 use super::walk::Named;
-use crate::motion::Load;
+use crate::motion::{Load, Turning};
 use crate::program::Settings;
 use crate::program::cell::{Comments, External};
 use crate::program::log::Log;
@@ -34,6 +35,8 @@ pub(super) struct Datum<'a> {
 pub(super) enum Flow {
     Next,
     Return(Option<Value>),
+    /// A jump to a label, by its name in lower case, out of the blocks that do not have it.
+    Goto(String),
     /// The program ends.
     Exit,
 }
@@ -67,6 +70,10 @@ pub(super) struct Interpreter<'a> {
     pub(super) velocity: (f64, f64),
     /// Whether the arm configuration of targets counts: ConfJ for joint moves, ConfL for others.
     pub(super) monitors: [bool; 2],
+    /// How the tool turns on arcs, `CirPathMode`; `None` where that is not known.
+    pub(super) turning: Option<Turning>,
+    /// The work object of the motion before, and its joints if they are known, degrees.
+    pub(super) active: (WorkObject, Option<[f64; 6]>),
     /// Outputs that the program has set, by name in lower case.
     pub(super) outputs: HashMap<String, f64>,
     pub(super) timed: Timed<'a>,
@@ -116,6 +123,8 @@ impl<'a> Interpreter<'a> {
             over: 1.0,
             velocity: (1.0, f64::INFINITY),
             monitors: [true; 2],
+            turning: Some(Turning::WithArc),
+            active: Default::default(),
             outputs: HashMap::new(),
             timed: Timed::of(file),
             given_on: HashSet::new(),

@@ -33,11 +33,13 @@ pub(super) struct Lexer<'a> {
     length: usize,
     line: usize,
     last: Option<Kind<'a>>,
+    /// Whether something stands between the last token and the rest.
+    apart: bool,
 }
 
 impl<'a> Lexer<'a> {
     pub(super) fn new(text: &'a str) -> Self {
-        Self { rest: text, length: text.len(), line: 1, last: None }
+        Self { rest: text, length: text.len(), line: 1, last: None, apart: false }
     }
 
     /// How much of the rest the next token or gap takes, and the token.
@@ -51,9 +53,7 @@ impl<'a> Lexer<'a> {
                 let length = rest.find(|c: char| !is_word(c)).unwrap_or(rest.len());
                 (length, rest.get(..length).map(Kind::Word))
             }
-            c if c.is_ascii_digit() || (c == '.' && starts_fraction(rest, self.last)) => {
-                number(rest)
-            }
+            c if c.is_ascii_digit() || (c == '.' && starts_fraction(rest, self)) => number(rest),
             _ if rest.starts_with(HEADER) => (header(rest), None),
             c => match symbol(rest, c) {
                 Some(symbol) => (symbol.len(), Some(Kind::Symbol(symbol))),
@@ -74,6 +74,7 @@ impl<'a> Iterator for Lexer<'a> {
             let (taken, left) = self.rest.split_at_checked(length).unwrap_or((self.rest, ""));
             self.line += taken.bytes().filter(|&byte| byte == b'\n').count();
             self.rest = left;
+            self.apart = kind.is_none();
             if let Some(kind) = kind {
                 self.last = Some(kind);
                 let end = self.length - self.rest.len();
@@ -135,9 +136,10 @@ fn header(rest: &str) -> usize {
         .map_or(HEADER.len(), |end| end + 2 * HEADER.len())
 }
 
-/// `.5` is a number, but not in `p10.5` or `p{1}.5`.
-fn starts_fraction(rest: &str, before: Option<Kind>) -> bool {
-    let after_a_name = matches!(before, Some(Kind::Word(_) | Kind::Symbol("}" | ")" | "]")));
+/// `.5` is a number, but not in `p10.5` or `p{1}.5`; it is in `WaitTime .5`.
+fn starts_fraction(rest: &str, before: &Lexer<'_>) -> bool {
+    let is_name = matches!(before.last, Some(Kind::Word(_) | Kind::Symbol("}" | ")" | "]")));
+    let after_a_name = is_name && !before.apart;
     !after_a_name && rest.as_bytes().get(1).is_some_and(u8::is_ascii_digit)
 }
 

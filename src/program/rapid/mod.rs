@@ -8,6 +8,7 @@
 //! arbitrary ones under `ConfL \Off`. The world frame is taken to be the base frame.
 
 mod calls;
+mod carried;
 mod cursor;
 mod ends;
 mod eval;
@@ -54,6 +55,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     match entry(&file, settings, log) {
         Ok(routine) => {
             let comments = Comments::of(text, '!', settings);
+            comments.tell('!', settings, log);
             let mut interpreter = Interpreter::new(&file, settings, comments, log);
             interpreter.given_on = set_by::given_on(&file, settings);
             let reached = walk::reached(&file, routine);

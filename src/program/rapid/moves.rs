@@ -4,13 +4,13 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Isometry3;
 
-use super::frames::Holds;
+use super::carried::Holds;
 use super::instructions::{Motion, ToolAt, Way};
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Path};
 use super::value::{NO_AXIS, Value, from_pose, pose};
 use super::walk::Named;
-use crate::motion::{Configuration, Target, Work};
+use crate::motion::{Configuration, Target, Turning, Work};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::log::States;
@@ -19,6 +19,9 @@ use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
 /// Joints that a jointtarget has.
 const ROBOT_AXES: usize = 6;
+
+/// External axes in the order of extjoint.
+const EXTERNAL: [&str; ROBOT_AXES] = ["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"];
 
 impl<'a> Interpreter<'a> {
     /// Runs a motion instruction.
@@ -55,6 +58,10 @@ impl<'a> Interpreter<'a> {
             self.log.configure(None);
             let held = holds == Holds::Work && option("wobj").is_some();
             let object = held.then(|| self.work_object(line, option("wobj"), args)).transpose()?;
+            let active = match (&object, option("wobj")) {
+                (Some(object), _) => object.clone(),
+                (None, given) => self.work_object(line, given, args).unwrap_or_default(),
+            };
             let (work, gripped_in) = match (holds, object) {
                 (Holds::Tool, _) => (Work::Stands, Some(tcp)),
                 (Holds::Work, None) => (Work::Held, None),
@@ -64,6 +71,7 @@ impl<'a> Interpreter<'a> {
             };
             self.note_load(line, tool, gripped_in.as_ref(), args);
             self.log.work(work);
+            self.active = (active, self.six_axes(&first));
             let pace =
                 self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
@@ -75,8 +83,8 @@ impl<'a> Interpreter<'a> {
         let (last, to) = match way {
             Way::Circular => {
                 let end = self.eval(at(1, "the end of the arc")?);
-                let to = Target::Arc { via: place, end: self.target(&end, &object.frame)? };
-                (end, to)
+                let to = self.target(&end, &object.frame)?;
+                (end, Target::Arc { via: place, end: to, turning: self.turning_of(line) })
             }
             Way::Joint => (first, Target::JointsTo(place)),
             _ => (first, Target::Line(place)),
@@ -88,6 +96,7 @@ impl<'a> Interpreter<'a> {
         self.note_load(line, tool, Some(&gripped_in), args);
         let work = self.work(line, holds, &object)?;
         self.log.work(work);
+        self.active = (object, None);
         let pace = self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
         self.log.motion(line, to, tcp, pace);
         Ok(())
@@ -143,6 +152,7 @@ impl<'a> Interpreter<'a> {
             Some(seconds) if seconds > 0.0 && seconds.is_finite() => {
                 let span = args.optional_value("t").and_then(|expr| self.literal(expr));
                 self.log.states(line, span, States::Seconds { value: seconds });
+                self.log.external_needs(0.0);
                 // VelSet and SpeedRefresh slow timed moves, too.
                 Ok(Pace::Seconds(seconds / (self.velocity.0 * self.over)))
             }
@@ -193,14 +203,41 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// `CRobT()`: the last target, in the work object and with the tool asked for.
+    /// How the tool turns on an arc.
+    fn turning_of(&mut self, line: usize) -> Turning {
+        self.turning.unwrap_or_else(|| {
+            let what = "CirPathMode is not known here, or is one of the wrist: the tool is taken \
+                        to turn with the arc";
+            self.log.warning(Code::AxisIgnored, line, what);
+            Turning::WithArc
+        })
+    }
+
+    /// Where the external axes are, as a target has them.
+    fn where_external(&self) -> Value {
+        Value::nums(&EXTERNAL.map(|name| self.external.stands_at(name).unwrap_or(9e9)))
+    }
+
+    /// `CJointT()`: the joints of the last target.
+    pub(super) fn current_joints(&self) -> Result<Value, String> {
+        let joints = self.active.1.ok_or(
+            "CJointT: the joints are known behind MoveAbsJ alone, as the reader does not work them \
+             out",
+        )?;
+        Ok(Value::List(vec![Value::nums(&joints), self.where_external()]))
+    }
+
+    /// `CRobT()`: the last target, in the work object and with the tool asked for, or with those of
+    /// the motion before.
     pub(super) fn current_target(
         &mut self,
         args: &Args,
         options: &[(String, Value)],
     ) -> Result<Value, String> {
-        let last =
-            self.log.last().ok_or("CRobT: the robot's position is known only at run time")?;
+        let last = self.log.last().ok_or_else(|| match self.log.has_moved() {
+            true => "the pose behind a motion to joints is not worked out by the reader",
+            false => "the robot's position is known only at run time",
+        })?;
         let find = |wanted: &str| options.iter().find(|(name, _)| name == wanted);
         let line = self.line;
         let (tcp, holds) = match find("tool") {
@@ -208,13 +245,15 @@ impl<'a> Interpreter<'a> {
             None if last.holds_work => (last.tcp, Holds::Work),
             None => (last.tcp, Holds::Tool),
         };
-        let object = find("wobj").map(|(_, object)| object);
-        let object = self.work_object(line, object, args)?;
+        let object = match find("wobj") {
+            Some((_, object)) => self.work_object(line, Some(object), args)?,
+            None => self.active.0.clone(),
+        };
         self.external.move_begins();
         let work = self.work(line, holds, &object)?;
         let at = object.frame.inverse() * last.seen_from(&work, &tcp);
         let [translation, rotation] = from_pose(&at);
-        let external = Value::nums(&[9e9; ROBOT_AXES]);
+        let external = self.where_external();
         let found = Value::unknown("the arm configuration is that of the run");
         Ok(Value::List(vec![translation, rotation, found, external]))
     }
@@ -242,6 +281,11 @@ impl<'a> Interpreter<'a> {
             .then(|| Configuration { shown: format!("confdata [{shown}]"), joints: joints.into() })
     }
 
+    /// The robot's axes of a jointtarget, degrees.
+    fn six_axes(&self, value: &Value) -> Option<[f64; ROBOT_AXES]> {
+        value.part(0, "a jointtarget").and_then(|axes| axes.numbers("the robot's axes")).ok()
+    }
+
     fn joints(&mut self, value: &Value) -> Result<Vec<f64>, String> {
         let degrees: [f64; ROBOT_AXES] = value
             .part(0, "a jointtarget")
@@ -254,9 +298,8 @@ impl<'a> Interpreter<'a> {
     }
 
     fn external_axes(&mut self, external: Option<&Value>) -> Result<(), String> {
-        const AXES: [&str; ROBOT_AXES] = ["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"];
         let Some(Value::List(values)) = external else { return Ok(()) };
-        for (name, value) in AXES.into_iter().zip(values) {
+        for (name, value) in EXTERNAL.into_iter().zip(values) {
             match value {
                 Value::Num(value) if value.abs() < NO_AXIS => {
                     self.external.place(self.log, name, *value)?;
@@ -285,6 +328,10 @@ impl<'a> Interpreter<'a> {
             self.log.warning(Code::Assumed, line, what);
         }
         self.log.turns_at(turning.ok().map(|speed| rad_from_deg(speed) * share));
+        let external = [2, 3].map(|part| {
+            data.part(part, "a speeddata").and_then(Value::num).ok().map(|speed| speed * share)
+        });
+        self.log.external_needs(self.external.seconds(external));
         if let Expr::Ref(path) = expr
             && path.name.key == "vmax"
         {

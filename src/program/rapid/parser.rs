@@ -380,7 +380,7 @@ impl<'a> Parser<'a> {
         }
         let name = cursor.name()?;
         if cursor.take_symbol(":") {
-            return Ok(What::Label);
+            return Ok(What::Label(name));
         }
         if cursor.is_symbol(":=") || cursor.is_symbol("{") || cursor.is_symbol(".") {
             let path = cursor.path(name)?;

@@ -9,12 +9,16 @@ use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
 use super::walk::{blocks_in, functions_in, functions_of, names_in};
+use crate::motion::Turning;
 use crate::notes::Code;
 use crate::program::cell::Given;
 use crate::program::spindle_names::is_spindles;
 
 /// The instruction that says what the gripper holds.
 const GRIP: &str = "gripload";
+
+/// The instruction that says how the tool turns on arcs.
+const CIR_PATH_MODE: &str = "cirpathmode";
 
 const DEPENDS: &str = " depends on a condition: ";
 
@@ -40,6 +44,16 @@ impl<'a> FromIterator<Effect<'a>> for Effect<'a> {
     }
 }
 
+/// `CirPathMode \\ObjectFrame;`; the modes of the wrist are not read.
+fn turning(args: &Args) -> Option<Turning> {
+    match args.optional.first().map(|(name, _)| name.as_str()) {
+        None | Some("pathframe") => Some(Turning::WithArc),
+        Some("objectframe") => Some(Turning::ToEnd),
+        Some("cirpointori") => Some(Turning::ByWay),
+        Some(_) => None,
+    }
+}
+
 fn names_of(paths: Vec<&Path>) -> Vec<&Name> {
     paths.into_iter().map(|path| &path.name).collect()
 }
@@ -53,11 +67,27 @@ impl<'a> Interpreter<'a> {
     }
 
     pub(super) fn block(&mut self, block: &'a Block) -> Flow {
-        for (at, statement) in block.iter().enumerate() {
+        let mut next = 0;
+        while let Some(statement) = block.get(next) {
+            let behind = block.get(next + 1..).unwrap_or_default();
+            next += 1;
             match self.statement(statement) {
                 Flow::Next => {}
+                Flow::Goto(label) => {
+                    let is_here = |own: &Statement| match &own.what {
+                        What::Label(name) => name.key == label,
+                        _ => false,
+                    };
+                    let Some(at) = block.iter().position(is_here) else {
+                        return Flow::Goto(label);
+                    };
+                    if at >= next {
+                        self.doubt_behind(statement, block.get(next..at).unwrap_or_default());
+                    }
+                    next = at + 1;
+                }
                 flow => {
-                    self.doubt_behind(statement, block.get(at + 1..).unwrap_or_default());
+                    self.doubt_behind(statement, behind);
                     return flow;
                 }
             }
@@ -126,14 +156,8 @@ impl<'a> Interpreter<'a> {
             What::Return(value) => {
                 return Flow::Return(value.as_ref().map(|expr| self.eval(expr)));
             }
-            What::Goto(label) => {
-                self.log.error(
-                    Code::Motion,
-                    line,
-                    format!("GOTO {}: jumps are not supported", label.shown),
-                );
-            }
-            What::Label => {}
+            What::Goto(label) => return Flow::Goto(label.key.clone()),
+            What::Label(_) => {}
             What::NotUnderstood(why) => self.log.error(Code::Syntax, line, why.clone()),
         }
         Flow::Next
@@ -278,6 +302,8 @@ impl<'a> Interpreter<'a> {
             // Stands for what the gripper holds: no datum has this name.
             GRIP => Effect::Data(vec![name]),
             "mechunitload" | "confj" | "confl" => Effect::Data(Vec::new()),
+            // So does this for how the tool turns on arcs.
+            CIR_PATH_MODE => Effect::Data(vec![name]),
             "waituntil" => {
                 let waited = names_in(args.positional.iter().collect());
                 Effect::Data(waited.into_iter().chain(names_of(filled(name, args))).collect())
@@ -291,8 +317,10 @@ impl<'a> Interpreter<'a> {
 
     /// A datum, of the routine or of the module, is no longer known.
     pub(super) fn forget(&mut self, name: &'a Name, value: &Value) {
-        if let (GRIP, Value::Unknown(why)) = (name.key.as_str(), value) {
-            self.gripped = Err(why.to_string());
+        match (name.key.as_str(), value) {
+            (GRIP, Value::Unknown(why)) => self.gripped = Err(why.to_string()),
+            (CIR_PATH_MODE, _) => self.turning = None,
+            _ => {}
         }
         self.forget_name(&name.key);
         if let Some(datum) = self.frames.last_mut().and_then(|frame| frame.get_mut(&name.key)) {
@@ -483,6 +511,7 @@ impl<'a> Interpreter<'a> {
             "speedrefresh" => self.speed_refresh(line, args),
             GRIP => self.grip(line, args),
             "mechunitload" => self.load_of_unit(line, args),
+            CIR_PATH_MODE => self.turning = turning(args),
             "confj" | "confl" => {
                 let is_off = args.optional.iter().any(|(name, _)| name == "off");
                 self.monitors[usize::from(key == "confl")] = !is_off;

@@ -124,7 +124,7 @@ pub(super) enum What {
     Test(Expr, Vec<(Vec<Expr>, Block)>, Block),
     Return(Option<Expr>),
     Goto(Name),
-    Label,
+    Label(Name),
     /// A fault if it is ever reached.
     NotUnderstood(String),
 }

@@ -71,10 +71,11 @@ fn contour_with_holes() {
         ]
     );
     // Fourteen after the first, see the feeds above.
-    let [notice, stands, behind] = program.warnings.as_slice() else {
+    let [notice, retract, stands, behind] = program.warnings.as_slice() else {
         panic!("{:?}", program.warnings)
     };
-    assert_eq!((at(notice), at(stands), at(behind)), (10, 28, 31));
+    assert_eq!((at(notice), at(retract), at(stands), at(behind)), (10, 22, 28, 31));
+    assert!(retract.what.contains("RTRCTO without a length"), "{retract}");
     assert!(stands.what.contains("with the spindle stopped (by line 25)"), "{stands}");
     assert!(notice.what.starts_with("14 rapid moves"), "{notice}");
     assert_eq!(behind.code, Code::MotionLeftOut);

@@ -127,6 +127,89 @@ fn work_on_a_positioner_turns_with_its_axis() {
     assert_eq!(at(&found[0]), 7);
 }
 
+/// v_leax and v_reax bound how fast external axes go; a joint move is as long as the tool's way in
+/// the work.
+#[test]
+fn external_axes_take_their_time() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
+    let robot = read_robot(&file, &mut Reading::default()).unwrap();
+    let duration = |instruction: &str| {
+        let start = target(5.0, 0.0, 0.0, "0");
+        let text = format!("MoveJ {start},v10,fine,spindle\\WObj:=table;\n{instruction}\n");
+        let program = run(&text, &with_table()).unwrap();
+        Path::plan(&robot, &program.moves, None).unwrap().duration_s()
+    };
+    let [far, near] = [target(65.0, 0.0, 0.0, "12"), target(65.0, 0.0, 0.0, "1")];
+    for (end, speed, seconds) in [
+        // 60 mm at 10 mm/s; 12° at 1°/s; 1° at 1°/s.
+        (&far, "[10,500,5000,1000]", 6.0),
+        (&far, "[10,500,5000,1]", 12.0),
+        (&near, "[10,500,5000,1]", 6.0),
+    ] {
+        for way in ["MoveL", "MoveC"] {
+            let via = target(35.0, 0.01, 0.0, "3");
+            let via = if way == "MoveC" { format!("{via},") } else { String::new() };
+            let found = duration(&format!("{way} {via}{end},{speed},fine,spindle\\WObj:=table;"));
+            assert!((found - seconds).abs() < 1e-4, "{way} {speed}: {found}");
+        }
+    }
+    // The table turns by 90° beneath the tool, which stands 200 mm from its axis in the base: its
+    // way in the work is a quarter of that circle, and a straight way of joints comes near to it.
+    let still = "MoveJ [[0,0,0],[0,1,0,0],[0,0,0,0],[9E9,0,9E9,9E9,9E9,9E9]],[10,500,5000,1000],fine,spindle\\WObj:=table;\n";
+    let turn = "MoveJ [[-200,-200,0],[0,0.70710678,-0.70710678,0],[0,0,0,0],[9E9,90,9E9,9E9,9E9,9E9]],[10,500,5000,1000],fine,spindle\\WObj:=table;";
+    let (both, one) = (duration(&format!("{still}{turn}")), duration(still));
+    let expected = std::f64::consts::FRAC_PI_2 * 200.0 / 10.0;
+    assert!((both - one - expected).abs() < 1e-3 * expected, "{} {expected}", both - one);
+}
+
+/// ABB's manual of CRobT: the active work object where none is named; the external axes are those
+/// of the place, and CJointT has those of a jointtarget.
+#[test]
+fn what_is_read_back_is_of_the_motion_before() {
+    let place = target(5.0, 6.0, 7.0, "30");
+    let there = target(5.0, 6.0, 7.0, "60");
+    let program = run(
+        &format!(
+            "VAR robtarget back;\nVAR jointtarget j;\nMoveJ {place},v10,fine,spindle\\WObj:=table;\n\
+             back:=CRobT();\nMoveL {there},v10,fine,spindle\\WObj:=table;\n\
+             IF back.extax.eax_b=30 MoveL back,v10,fine,spindle\\WObj:=table;\n\
+             MoveAbsJ [[0,0,0,0,30,0],[9E9,0,9E9,9E9,9E9,9E9]],v10,fine,spindle;\n\
+             j:=CJointT();\nj.robax.rax_5:=40;\nMoveAbsJ j,v10,fine,spindle;\n"
+        ),
+        &with_table(),
+    );
+    let moves = program.unwrap().moves;
+    assert_eq!(moves.len(), 5);
+    assert_pose(&end(&moves[2]).1, &end(&moves[0]).1);
+    let Work::Moves(unit) = &moves[2].work else { panic!("{:?}", moves[2]) };
+    assert!((unit.to[0].to_degrees() - 30.0).abs() < 1e-12);
+    let detune::motion::Target::Joints(joints) = &moves[4].to else { panic!() };
+    assert!((joints[4].to_degrees() - 40.0).abs() < 1e-12 && joints[0] == 0.0);
+}
+
+/// ABB's manual of CirPathMode: a tool turns with the arc unless it says otherwise.
+#[test]
+fn arcs_turn_as_cirpathmode_says() {
+    use detune::motion::{Target, Turning};
+    let [a, b, c] = [(0.0, 0.0), (10.0, 5.0), (20.0, 0.0)].map(|(x, y)| target(x, y, 0.0, "9E9"));
+    for (mode, turning, doubts) in [
+        ("", Turning::WithArc, 0),
+        ("CirPathMode \\CirPointOri;\nCirPathMode;", Turning::WithArc, 0),
+        ("CirPathMode \\ObjectFrame;", Turning::ToEnd, 0),
+        ("CirPathMode \\CirPointOri;", Turning::ByWay, 0),
+        ("CirPathMode \\Wrist45;", Turning::WithArc, 1),
+        ("IF DInput(di)=1 CirPathMode \\ObjectFrame;", Turning::WithArc, 1),
+    ] {
+        let text =
+            format!("{mode}\nMoveJ {a},v10,fine,spindle;\nMoveC {b},{c},v10,fine,spindle;\n");
+        let program = run(&text, &settings()).unwrap();
+        let Target::Arc { turning: found, .. } = program.moves[1].to else { panic!() };
+        assert_eq!(found, turning, "{mode}");
+        let told = program.warnings.iter().filter(|note| note.code == Code::AxisIgnored);
+        assert_eq!(told.count(), doubts, "{mode}: {:?}", program.warnings);
+    }
+}
+
 /// Where the robot stands is read back in the frame of the work as it lies there.
 #[test]
 fn a_position_that_is_read_back_is_one_in_the_work() {

@@ -103,7 +103,7 @@ fn is_finite(each: &Move) -> bool {
     let poses = match &each.to {
         Target::Joints(joints) => return joints.iter().all(|joint| joint.is_finite()),
         Target::JointsTo(pose) | Target::Line(pose) => vec![*pose],
-        Target::Arc { via, end } => vec![*via, *end],
+        Target::Arc { via, end, .. } => vec![*via, *end],
     };
     each.feed_m_per_s > 0.0
         && each.feed_m_per_s.is_finite()

@@ -290,7 +290,7 @@ fn wobj0_by_name_is_the_job_s_and_says_so() {
 fn a_test_that_is_decided_needs_no_other_value() {
     for cases in [
         "CASE kElse,2: MoveL p,v5,fine,tool0;",
-        "CASE 2: MoveL p,v5,fine,tool0;\nCASE kElse: GOTO x;",
+        "CASE 2: MoveL p,v5,fine,tool0;\nCASE kElse: RAISE;",
     ] {
         let program = rapid(&module(&format!("TEST 2\n{cases}\nDEFAULT: Stop;\nENDTEST")));
         assert_eq!(program.moves.len(), 1, "{cases}");
@@ -373,4 +373,24 @@ fn a_load_that_is_not_known_is_a_doubt() {
     job.external_axes.insert("eax_a".to_owned(), ExternalAxis { joint: 0, slides: true });
     let warnings = read(text.as_bytes(), Dialect::Rapid, &job).unwrap().warnings;
     assert!(warnings[0].what.contains("STN1 carries"), "{warnings:?}");
+}
+
+/// A jump goes to a label of a block around it; moves that it passes over for good are a doubt.
+#[test]
+fn jumps_go_to_labels() {
+    let at = |x: f64| format!("MoveL Offs(p,{x},0,0),v5,fine,tool0;");
+    let text = module(&format!(
+        "VAR num n:=0;\n{}\nagain:\nIF n=2 THEN\nGOTO out;\nENDIF\nn:=n+1;\n{}\nGOTO again;\n\
+         out:\nWaitTime .5;\n{}",
+        at(0.0),
+        at(1.0),
+        at(2.0)
+    ));
+    let program = rapid(&text);
+    // The first, twice the second, the wait and the last.
+    assert_eq!(lines(&program), [5, 11, 11, 14, 15]);
+    assert_eq!(program.moves[3].timing, detune::motion::Timing::Seconds(0.5));
+    let passed = rapid(&module(&format!("{}\nGOTO out;\n{}\nout:\n{}", at(0.0), at(1.0), at(2.0))));
+    assert_eq!(passed.moves.len(), 2);
+    assert!(passed.warnings.iter().any(|note| note.code == Code::MotionLeftOut), "{passed:?}");
 }

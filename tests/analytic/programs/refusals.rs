@@ -27,7 +27,7 @@ fn motion_that_is_not_understood_is_refused_with_its_line() {
         ("GluePath Offs(p,0,0,1),5;", "'GluePath' moves"),
         ("GluePath [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "'GluePath' moves"),
         ("PDispSet dispA;", "program displacement"),
-        ("GOTO again;", "jumps are not supported"),
+        ("GOTO again;", "no block around it has this label"),
         ("%\"proc\"+x%;", "by a name in a string"),
         ("<SMT>;", "unfinished"),
         ("IF DInput(di1)=1 MoveL p,v5,fine,tool0;", "IF decides about motion at run time"),
@@ -73,8 +73,8 @@ fn tools_and_work_objects_that_do_not_fit_together_are_refused() {
     for (tool, object, fixed, said) in [
         ("FALSE", "FALSE", "TRUE", "the tool stands (robhold FALSE)"),
         ("TRUE", "TRUE", "TRUE", "holds the work object (robhold TRUE), and the tool"),
-        ("TRUE", "FALSE", "FALSE", "whose place no program says"),
-        ("FALSE", "TRUE", "FALSE", "whose place no program says"),
+        ("TRUE", "FALSE", "FALSE", "ufmec names no mechanical unit"),
+        ("FALSE", "TRUE", "FALSE", "ufmec names no mechanical unit"),
     ] {
         let why = with(tool, object, fixed).unwrap_err();
         assert!(why.contains(said), "{why}");

@@ -151,7 +151,7 @@ fn helices_turn_as_often_as_they_say() {
         let mut at = end(&program.moves[1]).1.translation.vector;
         let mut angle = 0.0;
         for each in &program.moves[2..] {
-            let detune::motion::Target::Arc { via, end } = &each.to else { panic!("{each:?}") };
+            let detune::motion::Target::Arc { via, end, .. } = &each.to else { panic!("{each:?}") };
             for to in [via, end] {
                 let to = to.translation.vector;
                 let [a, b] = [at, to].map(|v| v.y.atan2(v.x));

@@ -28,7 +28,7 @@ fn places(program: &Program) -> Vec<(Option<Vector3<f64>>, Vector3<f64>)> {
     let mm = |pose: &nalgebra::Isometry3<f64>| pose.translation.vector * 1000.0;
     let of = |each: &detune::motion::Move| match &each.to {
         Target::Line(pose) => (None, mm(pose)),
-        Target::Arc { via, end } => (Some(mm(via)), mm(end)),
+        Target::Arc { via, end, .. } => (Some(mm(via)), mm(end)),
         other => panic!("{other:?}"),
     };
     program.moves.iter().map(of).collect()

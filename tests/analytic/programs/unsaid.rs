@@ -1,9 +1,10 @@
 //! What a reader once passed over without a word: commands to the spindle by other names, moves
 //! behind an end in mid-program, frames that do not agree, words of a machine, blocks to skip.
 
+use detune::motion::Move;
 use detune::notes::{Code, Note};
 use detune::program::{
-    Assumed, Dialect, Program, SetBy, Setter, Settings, Spindle, SpindleCommand, read,
+    Assumed, Companion, Dialect, Program, SetBy, Setter, Settings, Spindle, SpindleCommand, read,
 };
 
 use super::support::{assert_ends, at, ended, module, settings};
@@ -389,4 +390,122 @@ fn an_analog_output_that_is_set_to_two_speeds_is_a_doubt() {
         assert_eq!(tp(&format!("AO[1]={value}"), &stated), expected, "{value}");
     }
     assert_eq!(rapid("SetAO ao1,3;\nSetAO ao1,AInput(ai1);", &settings()), 1);
+}
+
+fn refused(text: &str, dialect: Dialect, job: &Settings) -> String {
+    let found = read(ended(text, dialect).as_bytes(), dialect, job).expect_err(text);
+    found[0].what.clone()
+}
+
+/// WITH $LOAD holds for its motion; SLOAD(n) is LOAD_DATA[n], which the job's payload stands for
+/// where no file has any.
+#[test]
+fn a_load_of_one_motion_of_krl_counts() {
+    let data = "DECL LOAD LOAD_DATA[16]\nLOAD_DATA[2]={M 80,CM {X 0,Y 0,Z 100,A 0,B 0,C 0},J {X 1,Y 1,Z 1}}\n";
+    let masses = |body: &str, files: &[&str]| {
+        let mut job = settings();
+        let file = |text: &&str| {
+            Companion::new("config.dat".to_owned(), format!("DEFDAT C\n{text}ENDDAT\n").as_bytes())
+        };
+        job.companions = files.iter().map(|text| file(text).unwrap()).collect();
+        let program = of_krl(body, &job);
+        let load = |each: &Move| each.stated.load.as_ref().map(|load| load.mass_kg);
+        let masses: Vec<_> = program.moves.iter().map(load).collect();
+        (masses, told(&program, Code::ChangeIgnored).len())
+    };
+    for body in [
+        "LIN {X 9} WITH $LOAD=LOAD_DATA[2]",
+        "LIN {X 9} WITH $LOAD=SLOAD(2)",
+        "SPLINE WITH $LOAD=SLOAD(2)\nSLIN {X 9}\nENDSPLINE",
+    ] {
+        assert_eq!(masses(body, &[data]), (vec![None, Some(80.0), None], 0), "{body}");
+        assert_eq!(masses(body, &[]), (vec![None; 3], 0), "{body}");
+    }
+    let (found, doubts) = masses("LIN {X 9} WITH $LOAD=SLOAD(3)", &[data]);
+    assert_eq!((found, doubts), (vec![None; 3], 1));
+}
+
+/// A comment that has the job's text and a number that is not read, or that stands in another file,
+/// is a doubt.
+#[test]
+fn comments_whose_number_is_not_read_are_a_doubt() {
+    let job = || Settings {
+        spindle_from: Some(SetBy { what: Setter::Comment("SPEED".to_owned()), per_unit: 1.0 }),
+        ..settings()
+    };
+    let own = ["SPEED 900", "SPEED=900 rpm", "speed limits are off", "SPEED off", "x"];
+    let open =
+        ["Speed: 900", "SPEED(900)", "SPEED S900", "T1 SPEED 900", "SPEED 12,000", "SPEED 1.2E4"];
+    for (comments, doubts) in [(&own[..], 0), (&open[..], 1)] {
+        for comment in comments {
+            let krl = of_krl(&format!("; {comment}\nLIN {{X 9}}"), &job());
+            let tp = of_tp(&format!("! {comment}"), &job());
+            let rapid = module(&format!("! {comment}\nMoveL p,v5,fine,tool0;"));
+            for program in [krl, tp, of(&rapid, Dialect::Rapid, &job())] {
+                assert_eq!(told(&program, Code::SpindleCommand).len(), doubts, "{comment}");
+            }
+        }
+    }
+    let mut job = job();
+    let other = "DEF other()\n; SPEED 900\nEND\n";
+    job.companions = vec![Companion::new("other.src".to_owned(), other.as_bytes()).unwrap()];
+    assert_eq!(told(&of_krl("", &job), Code::SpindleCommand).len(), 1);
+}
+
+/// F is the frame that is selected at run time; stars are what nobody has taught; turns of axes.
+#[test]
+fn what_a_point_of_tp_leaves_to_the_controller() {
+    let at = nalgebra::Isometry3::identity();
+    let of_numbers =
+        Settings { base_frames: [(1, at)].into(), tool_frames: [(1, at)].into(), ..settings() };
+    for (numbers, said) in [("UF : F, UT : 1", "UF : F"), ("UF : 1, UT : F", "UT : F")] {
+        let why = refused(&tp_text("", numbers), Dialect::Fanuc, &of_numbers);
+        assert!(why.contains(said), "{why}");
+    }
+    let of_cell = Settings { tcp: Some(at), work_object: Some(at), ..of_numbers };
+    of(&tp_text("", "UF : F, UT : F"), Dialect::Fanuc, &of_cell);
+    // A point that no move goes to.
+    let spare = "P[2]{\n GP1:\n UF : 0, UT : 0, CONFIG : 'N U T, 0, 0, 0',\n X = ********  mm, Y = \
+                 ********  mm, Z = 0 mm, W = 0 deg, P = 0 deg, R = 0 deg\n};\n/END";
+    let text = tp_text("", "UF : 0, UT : 0").replace("/END", spare);
+    of(&text, Dialect::Fanuc, &settings());
+    let used = text.replacen("L P[1] 9mm/sec FINE", "L P[2] 9mm/sec FINE", 1);
+    assert!(refused(&used, Dialect::Fanuc, &settings()).contains("neither X to R nor J1 to J6"));
+    // Joint moves end within half a turn, or it is told.
+    let joint = |turns: &str| {
+        let text = tp_text("J P[1] 50% FINE", "UF : 0, UT : 0").replace("0, 0, 0'", turns);
+        of(&text, Dialect::Fanuc, &settings())
+    };
+    let program = joint("0, 0, 0'");
+    let asked = |each: &Move| each.stated.configuration.is_some();
+    assert_eq!(program.moves.iter().map(asked).collect::<Vec<_>>(), [false, true, false]);
+    assert_eq!(told(&joint("0, 0, 1'"), Code::AxisIgnored).len(), 1);
+}
+
+#[test]
+fn what_machines_do_otherwise_is_refused_or_a_doubt() {
+    let head = "G21 G90\nG0 X0 Y0 Z10\n";
+    for (body, said) in [
+        ("G16\nG0 X50 Y30\nG91 G81 Y120 Z-7 R-8 F200 K2\nG80 G15", "relative polar"),
+        ("#1=5\nIF[#1EQ5]THEN#2=10 ELSE#2=20\nG1 X#2 F100", "ELSE in the block"),
+        ("#1=5\nIF[#1EQ5]THEN#3000=1\nG1 X9 F100", "#3000 raises an alarm"),
+        ("#3000=1(BAD)\nG1 X9 F100", "#3000 raises an alarm"),
+        ("M98 P1002 K5", "M98 with K"),
+    ] {
+        let why = refused(&format!("{head}{body}"), Dialect::GCode, &settings());
+        assert!(why.contains(said), "{body}: {why}");
+    }
+    let peck =
+        |q: &str| of(&format!("{head}G83 Z-5 R2 {q} F100\nG80"), Dialect::GCode, &settings());
+    assert_eq!(told(&peck("Q3000"), Code::ChangeIgnored).len(), 1);
+    assert!(told(&peck("Q3."), Code::ChangeIgnored).is_empty());
+    // Limits of travel move nothing; a word may stand behind the number of a program.
+    let calls = format!("{head}G23\nM98 P8000\nM30\nO8000 T4 (CUT)\nG1 X9 F100\nM99\n");
+    let program = read(calls.as_bytes(), Dialect::GCode, &settings()).unwrap();
+    assert_eq!((program.moves.len(), program.moves[1].stated.tool), (2, Some(4)));
+    let master = of(&format!("{head}SETMS(1)\nG1 X9 F100"), Dialect::Sinumerik, &settings());
+    assert_eq!(master.moves.len(), 2);
+    let cycle = "UNITS/MM\nRAPID\nGOTO/0,0,50\nCYCLE/DRILL,RAPTO,3,FEDTO,-9,RTRCTO,AUTO,MMPM,100\n\
+                 GOTO/0,0,0\nGOTO/20,0,0\nCYCLE/OFF";
+    assert_eq!(told(&of(cycle, Dialect::Apt, &settings()), Code::ChangeIgnored).len(), 1);
 }
