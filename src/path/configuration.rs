@@ -8,7 +8,7 @@ use crate::motion::{Configuration, Move, Target};
 use crate::notes::Code;
 
 /// Targets for which other joint positions are searched.
-const MAX_SEARCHED: usize = 20;
+const MAX_SEARCHED: usize = 300;
 
 /// Joints this far beyond the edge of an arm configuration are in it: a target is taught at its
 /// edge as often as not, rad.
@@ -71,8 +71,11 @@ pub(super) fn beside_configurations(
         let q = knots.q.get(knot * n..).and_then(|rest| rest.get(..n));
         let Some(q) = q.filter(|q| beyond(asked, q) > SAME_CONFIGURATION) else { continue };
         let what = format!("{}: {}", asked.shown, shown_joints(robot, q));
-        // Searched for the first few alone: a search each.
-        let is_open = found.len() < MAX_SEARCHED && has_another(robot, kinematics, a_move, q);
+        // A search each; beyond that, others may be as near to what is far off.
+        let is_open = match found.len() < MAX_SEARCHED {
+            true => has_another(robot, kinematics, a_move, q),
+            false => beyond_in_all(asked, q) > FRAC_PI_2,
+        };
         found.push(Beside { index, line: a_move.line, what, is_open });
     }
     found
@@ -129,7 +132,10 @@ fn turned_into(robot: &Robot, q: &[f64], asked: &Configuration, slack: f64) -> O
             let in_limits = limit.is_none_or(|[lower, upper]| (lower..=upper).contains(at));
             (*at == own || in_limits) && (lowest - slack..=highest + slack).contains(at)
         };
-        *turned.get_mut(joint)? = turns.into_iter().find(fits)?;
+        let beyond = |at: &f64| (lowest - at).max(at - highest).max(0.0);
+        let fitting = turns.into_iter().filter(fits);
+        let nearest = fitting.min_by(|a, b| beyond(a).total_cmp(&beyond(b)));
+        *turned.get_mut(joint)? = nearest?;
     }
     Some(turned)
 }

@@ -1,10 +1,13 @@
-//! Curves of the tool centre point in the base frame: straight lines and arcs, with orientation.
+//! Curves of the tool centre point in the frame of the work: straight lines and arcs, with orientation.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::motion::{Circle, Turning};
+
+/// Below this a turn has no axis to turn about the other way round, rad.
+const NO_TURN_RAD: f64 = 1e-3;
 
 /// Pieces in which a turn is summed up whose axis moves.
 const PIECES: usize = 64;
@@ -41,8 +44,9 @@ impl Turn {
     ) -> Self {
         let carried = if with_arc { circle.turn(1.0).into() } else { UnitQuaternion::identity() };
         let short = (first.inverse() * carried.inverse() * last).scaled_axis();
+        // What hardly turns has no axis.
         let long = match short.norm() {
-            0.0 => short,
+            angle if angle < NO_TURN_RAD => short,
             angle => short * (1.0 - TAU / angle),
         };
         let ways = [short, long].map(|by| Self::Steady { first, by, with_arc });

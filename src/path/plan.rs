@@ -286,6 +286,7 @@ impl<'r> Planner<'r> {
 
     /// One more move from where the arm stands.
     fn extend(&mut self, next: &Move) -> Result<(), Refusal> {
+        self.count_way(&[next.work.largest_step()])?;
         match &next.to {
             Target::Joints(q) => self.join(next, q.clone()),
             Target::JointsTo(pose) => {
@@ -373,7 +374,10 @@ impl<'r> Planner<'r> {
                 }
                 None => self.solver.near(&tip, &q),
             };
-            let near = matches!(&step, Ok(solved) if largest_step(&q, solved) <= MAX_KNOT_STEP);
+            // Work that turns once round is where it was.
+            let carried = next.work.largest_step() * (end - u);
+            let near = carried <= MAX_KNOT_STEP
+                && matches!(&step, Ok(solved) if largest_step(&q, solved) <= MAX_KNOT_STEP);
             if !near && stretch > MIN_STRETCH {
                 stretch *= 0.5;
                 continue;

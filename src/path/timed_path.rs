@@ -288,13 +288,15 @@ impl<'a> Path<'a> {
         self.segment_at(s).map_or(MoveKind::Still, |segment| segment.kind)
     }
 
-    /// The work of the move run at `s`, and the share of that move behind which `at` lies. At a
-    /// waypoint, that of the move that leads to it.
-    pub(super) fn work_at(&self, s: f64, at: f64) -> (&Work, f64) {
-        self.segment_at(s).map_or((&Work::Stands, 0.0), |segment| {
+    /// The work and the tool of the move run at `s`, and the share of it behind which a place lies.
+    /// At a waypoint, those of the move that leads to it.
+    pub(super) fn led_at(&self, s: f64) -> Option<(&Work, &Isometry3<f64>, impl Fn(f64) -> f64)> {
+        let segment = self.segment_at(s)?;
+        let share = |at: f64| {
             let share = (at - segment.start_s) / (segment.end_s - segment.start_s);
-            (&segment.work, if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 })
-        })
+            if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 }
+        };
+        Some((&segment.work, &segment.tcp, share))
     }
 
     fn segment_at(&self, s: f64) -> Option<&Segment> {

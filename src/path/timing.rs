@@ -97,8 +97,7 @@ pub(super) fn stands_still(length_m: f64) -> bool {
 /// Seconds for a move: as the program gives them, or the way of the tool centre point over the
 /// feed; where the point stands still, no less than the slowest joint's motion at its largest
 /// speed; no less than the turn of the tool, and than external axes, at the speed that the program
-/// has for them. `ways` is
-/// what each joint turns or slides in all, `turn_rad` what the tool turns.
+/// has for them. `ways` is what each joint turns or slides in all, `turn_rad` what the tool turns.
 ///
 /// `Err` names a joint that has no largest speed to go by.
 pub(super) fn seconds(

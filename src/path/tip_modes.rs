@@ -67,25 +67,21 @@ pub fn tool_frames(path: &Path, s: &[f64]) -> Result<Vec<ToolFrame>, Note> {
     let mut tips = Tips::of(path);
     let frame = |&s: &f64| {
         let around = [(s - NEARBY).max(0.0), s, (s + NEARBY).min(1.0)];
-        let mut read = [[Isometry3::identity(); 2]; 3];
+        let mut read = [Isometry3::identity(); 3];
         for (read, own) in read.iter_mut().zip(around) {
-            *read = tips.at(own)?;
+            [*read, _] = tips.at(own)?;
         }
-        let (work, share) = path.work_at(s, s);
-        let [tip, tcp] = read[1];
-        let axes = work.frame(share, &tip).rotation;
-        // Where the tool is in the work, in directions of the base frame.
-        let in_work = |i: usize| {
-            let [tip_there, tcp_there] = read[i];
-            let tool = match work {
-                Work::Held => tip * tcp,
-                Work::Stands | Work::Moves(_) => tip_there * tcp_there,
-            };
-            let (_, share) = path.work_at(s, around[i]);
-            let frame = work.frame(share, &tip_there);
-            axes * frame.inverse_transform_point(&tool.translation.vector.into()).coords
+        let Some((work, tcp, share)) = path.led_at(s) else {
+            return Ok(tool_axes(&read[1], &Vector3::zeros()));
         };
-        let ([before, at, after], tool) = ([0, 1, 2].map(in_work), tip * tcp);
+        let tool = |tip: &Isometry3<f64>| if *work == Work::Held { *tcp } else { tip * tcp };
+        // Where the tool is in the work, in directions of the base frame.
+        let axes = work.frame(share(s), &read[1]).rotation;
+        let in_work = |i: usize| {
+            let (frame, at) = (work.frame(share(around[i]), &read[i]), tool(&read[i]));
+            axes * frame.inverse_transform_point(&at.translation.vector.into()).coords
+        };
+        let ([before, at, after], tool) = ([0, 1, 2].map(in_work), tool(&read[1]));
         let (axes, _) = tool_axes(&tool, &(after - before));
         // The feed at a waypoint is that of the move that leads to it.
         let step = if s > 0.0 { at - before } else { after - at };

@@ -126,10 +126,19 @@ impl External {
         self.given[0].get(name).copied()
     }
 
-    /// What a unit does on the move that has begun, where it carries the work.
-    pub(super) fn work_on(&self, unit: &Arc<MechanicalUnit>) -> Result<Work, String> {
+    /// What a unit does on the move that has begun, where it carries the work; `has_moved`: whether
+    /// there is a move before.
+    pub(super) fn work_on(
+        &self,
+        unit: &Arc<MechanicalUnit>,
+        has_moved: bool,
+    ) -> Result<Work, String> {
         let [now, before] = &self.given;
         let to = |axis: &UnitAxis| match now.get(&axis.name) {
+            Some(_) if has_moved && !before.contains_key(&axis.name) => Err(format!(
+                "targets before do not say where external axis {} is; write it in all of them",
+                axis.name
+            )),
             Some(at) => Ok(si(*at, axis.slides)),
             None => Err(format!("external axis {} is placed by no target so far", axis.name)),
         };
@@ -417,7 +426,18 @@ impl Comments {
                         unread.push((index + 1, start.clone()));
                     }
                 }
-            } else if !line.is_empty() && !open.is_empty() {
+                continue;
+            }
+            // A comment behind an instruction holds from nowhere.
+            if let Some((_, comment)) = line.split_once(mark) {
+                let texts = all(settings).filter_map(|(_, by)| match &by.what {
+                    Setter::Comment(start) => Some(start),
+                    _ => None,
+                });
+                let own = texts.filter(|start| is_unread(comment, start));
+                unread.extend(own.map(|start| (index + 1, start.clone())));
+            }
+            if !line.is_empty() && !open.is_empty() {
                 found.insert(index + 1, std::mem::take(&mut open));
             }
         }

@@ -10,7 +10,9 @@ use nalgebra::Isometry3;
 use super::grouping::{Kinds, grouped};
 use super::span::Span;
 use super::{Dialect, Pace, Program, Settings, Spindle, SpindleCommand, standing};
-use crate::motion::{Circle, Configuration, Load, Move, Stated, StatedFeeds, Target, Timing, Work};
+use crate::motion::{
+    Circle, Configuration, Load, Move, Stated, StatedFeeds, Target, Timing, Turning, Work,
+};
 use crate::notes::{Code, Note, Notes};
 
 /// Moves, spindle commands, errors and warnings so far.
@@ -199,7 +201,11 @@ impl Log {
         }
         let to = self.come_back(line, to, pace);
         let last = self.last;
-        if let (Some(last), Target::Line(at) | Target::Arc { end: at, .. }) = (last, &to)
+        let turns = match &to {
+            Target::Line(at) | Target::Arc { end: at, turning: Turning::ByWay, .. } => Some(at),
+            _ => None,
+        };
+        if let (Some(last), Some(at)) = (last, turns)
             && last.seen_from(&self.work, &tcp).rotation.angle_to(&at.rotation) > HALF_TURN_RAD
         {
             let what = "the tool turns by 180° on this way, and nothing says which way round: a \
@@ -569,7 +575,6 @@ mod tests {
     use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
     use super::*;
-    use crate::motion::Turning;
     use crate::units::rad_from_deg;
 
     #[test]

@@ -117,7 +117,8 @@ impl<'j> Reader<'j> {
         let said = Said { called, node, speed: speed.ok()?, feed_m_per_s };
         let is_speed_of_job = self.raw.speeds_from == Some(raw::SpeedsFrom::Job);
         self.cuts_without_load(called, &moves, program.as_ref().map(|own| own.file.as_path()));
-        let stretches = stretches(&moves, is_speed_of_job && said.speed.is_some());
+        let stretches =
+            stretches(&moves, is_speed_of_job && said.speed.is_some(), self.tools.contains_key(&0));
         let settled = self.settle_speeds(&said, &moves, &stretches, program.as_ref(), spindle);
         let moves = Arc::new(moves);
         let mut operations = Vec::with_capacity(stretches.len());

@@ -43,9 +43,9 @@ impl Run {
 
 /// The stretches in order. Where the program is silent, or the spindle stands, the motion belongs
 /// to the stretch that follows; with `is_speed_of_job` nothing that the program says of speed
-/// counts.
-pub(super) fn stretches(moves: &[Move], is_speed_of_job: bool) -> Vec<Stretch> {
-    let mut runs = runs(moves);
+/// counts. Tool 0 is an empty spindle unless the job has such a tool.
+pub(super) fn stretches(moves: &[Move], is_speed_of_job: bool, has_tool_0: bool) -> Vec<Stretch> {
+    let mut runs = runs(moves, has_tool_0);
     fill(&mut runs, |run| &mut run.tool);
     for group in runs.chunk_by_mut(|a, b| a.tool == b.tool) {
         fill(group, |run| &mut run.load);
@@ -76,7 +76,7 @@ pub(super) fn stretches(moves: &[Move], is_speed_of_job: bool) -> Vec<Stretch> {
     stretches.collect()
 }
 
-fn runs(moves: &[Move]) -> Vec<Run> {
+fn runs(moves: &[Move], has_tool_0: bool) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut start = 0;
     let same = |a: &Move, b: &Move| Arc::ptr_eq(&a.stated, &b.stated) || a.stated == b.stated;
@@ -89,7 +89,7 @@ fn runs(moves: &[Move]) -> Vec<Run> {
                 Some(Spindle::Turns(rpm)) => Some(rpm),
                 Some(Spindle::Stands) | None => None,
             },
-            tool: stated.tool,
+            tool: stated.tool.filter(|&number| number != 0 || has_tool_0 || may_cut(group)),
             load: stated.load.clone(),
         });
         start = end;
@@ -102,6 +102,12 @@ fn runs(moves: &[Move]) -> Vec<Run> {
         runs.remove(0);
     }
     runs
+}
+
+/// Whether the spindle turns on a move that is not rapid.
+fn may_cut(moves: &[Move]) -> bool {
+    let is_led = |each: &Move| matches!(each.timing, Timing::Feed | Timing::Joints(_));
+    moves.iter().any(|each| each.spindle_turns && is_led(each))
 }
 
 /// Gives each run that lacks a part that of the next one that has it, else of the one before.
@@ -135,7 +141,7 @@ pub(super) fn usual_feed_m_per_s(moves: &[Move], stretch: Range<usize>) -> Optio
             continue;
         }
         let before = index.checked_sub(1).and_then(|index| moves.get(index));
-        let way = before.and_then(place).zip(place(each)).map_or(0.0, |(a, b)| (b - a).norm());
+        let way = before.and_then(|before| way(before, each)).map_or(0.0, |way| way.norm());
         // The bits of positive numbers are in the order of the numbers.
         *seconds.entry(each.feed_m_per_s.to_bits()).or_default() += way / each.feed_m_per_s;
     }
@@ -146,13 +152,21 @@ pub(super) fn usual_feed_m_per_s(moves: &[Move], stretch: Range<usize>) -> Optio
 
 /// Whether a move goes anywhere, as far as that is known.
 fn goes_on(before: &Move, to: &Move) -> bool {
-    place(before).zip(place(to)).is_none_or(|(a, b)| a != b)
+    // The arm follows work that moves.
+    matches!(to.work, Work::Moves(_)) || way(before, to).is_none_or(|way| way != Vector3::zeros())
+}
+
+/// The straight way of the tool in the work, where both ends lie in one frame.
+fn way(before: &Move, to: &Move) -> Option<Vector3<f64>> {
+    let is_one_frame = match (&before.work, &to.work) {
+        (Work::Moves(a), Work::Moves(b)) => a.unit == b.unit,
+        (a, b) => a == b,
+    };
+    Some(place(to)? - place(before)?).filter(|_| is_one_frame)
 }
 
 fn place(a_move: &Move) -> Option<Vector3<f64>> {
     match &a_move.to {
-        // The arm follows work that moves.
-        _ if matches!(a_move.work, Work::Moves(_)) => None,
         Target::Joints(_) => None,
         Target::JointsTo(end) | Target::Line(end) | Target::Arc { end, .. } => {
             Some(end.translation.vector)
@@ -194,6 +208,24 @@ mod tests {
         each.collect()
     }
 
+    /// On work that moves, too, the feed is that of the longest time of cutting.
+    #[test]
+    fn the_usual_feed_on_a_table() {
+        use crate::motion::{MechanicalUnit, UnitMove};
+        let frame = Isometry3::identity();
+        let unit = Arc::new(MechanicalUnit { name: "T".to_owned(), axes: Vec::new(), frame });
+        let mut program = moves(&[(Some(Spindle::Turns(Some(9.0))), None, None); 4]);
+        for (each, (x, feed)) in
+            program.iter_mut().zip([(0.0, 0.05), (0.001, 0.005), (0.9, 0.05), (0.9, 0.005)])
+        {
+            let of = UnitMove { unit: Arc::clone(&unit), from: Vec::new(), to: Vec::new() };
+            each.work = Work::Moves(Arc::new(of));
+            each.to = Target::Line(Isometry3::translation(x, 0.0, 0.0));
+            each.feed_m_per_s = feed;
+        }
+        assert_eq!(usual_feed_m_per_s(&program, 0..4), Some(0.05));
+    }
+
     #[test]
     fn silence_and_standstill_belong_to_what_follows() {
         let at = |rpm| Some(Spindle::Turns(Some(rpm)));
@@ -210,7 +242,7 @@ mod tests {
             (stands, Some(2), None),
         ]);
         let found = |job| -> Vec<_> {
-            let found = stretches(&program, job).into_iter();
+            let found = stretches(&program, job, false).into_iter();
             found.map(|s| (s.moves, s.rpm, s.tool, s.load.map(|l| l.mass_kg))).collect()
         };
         let expected =

@@ -228,6 +228,20 @@ fn each_tool_of_the_program_is_one_of_the_job_s() {
     );
 }
 
+/// An empty spindle cuts nothing; where it would, its tool is asked for.
+#[test]
+fn tool_0_is_an_empty_spindle() {
+    let tools = format!("{GCODE}tools: {{1: {{teeth: 3}}}}\n");
+    let program = |end: &str| format!("T1 M6\nS9000 M3\nG1 X0 Y0 Z0 F100\nX1\nM5\nT0 M6\n{end}\n");
+    for end in ["G0 Z9", "G1 Z9", "S900 M3\nG0 Z9"] {
+        let (job, _) = read_of(&tools, "a.nc", &program(end)).unwrap();
+        let found: Vec<_> = job.operations.iter().map(|o| o.tool_number).collect();
+        assert!(found.iter().all(|number| *number == Some(1)), "{end}: {found:?}");
+    }
+    let errors = read_of(&tools, "a.nc", &program("S900 M3\nG1 Z9")).unwrap_err();
+    assert!(errors[0].contains("tool 0 is loaded, which is not among tools"), "{errors:?}");
+}
+
 #[test]
 fn the_most_specific_payload_wins_and_is_told() {
     let program = |mass: &str| {

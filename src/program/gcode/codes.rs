@@ -239,7 +239,7 @@ fn modal(
         400 | 430 | 440 | 490 | 500 | 610 | 611 | 640 | 130 | 970 | 6010 | 6020 | 6410 | 6420
         | 90 | 600 | 4500 | 4510 => {}
         // Limits of travel, checked or not.
-        220 | 230 if !machine.is_sinumerik => {}
+        220 | 230 if !machine.is_sinumerik && !has_axes && !block.has_any(b"IJK") => {}
         // GRBL and LinuxCNC: the axes are those of a tool's length.
         431 if has_axes && block.word(b'H').is_none() => once.tool_length = true,
         431 => {}

@@ -104,7 +104,6 @@ impl Machine<'_> {
         }
         if let Some(word) = block.word(b'Q')
             && !word.has_point
-            && word.span.is_some()
             && self.mm(word.value) > retract - bottom
         {
             let what = format!(

@@ -462,7 +462,16 @@ impl<'a> Run<'a> {
                 let mut all = (1..=LOADS).map(|n| self.datum(&format!("load_data[{n}]")));
                 all.all(|load| matches!(load, Value::Unknown(_)))
             };
-            if path.name == "$load" && matches!(value, Value::Unknown(_)) && is_of_cell() {
+            let is_by_number = match expr {
+                Expr::Call(name, _) => name == "sload",
+                Expr::Ref(path) => path.name == "load_data",
+                _ => false,
+            };
+            if path.name == "$load"
+                && matches!(value, Value::Unknown(_))
+                && is_by_number
+                && is_of_cell()
+            {
                 self.log.load(None);
                 continue;
             }
@@ -595,6 +604,16 @@ impl<'a> Run<'a> {
     ) -> Result<(), String> {
         let pace = self.pace();
         self.joints = None;
+        // The orientation of the point on the way does not count: the tool goes the short way.
+        let from = self.log.last().map(|last| last.with(&self.tcp));
+        let via = match from.map(|from| from.rotation.inverse() * end.rotation) {
+            Some(turn) => {
+                let half = nalgebra::UnitQuaternion::from_scaled_axis(turn.scaled_axis() * 0.5);
+                let start = from.unwrap_or_default().rotation;
+                Isometry3::from_parts(via.translation, start * half)
+            }
+            None => via,
+        };
         let Some(angle) = angle else {
             self.log.motion(
                 line,
@@ -605,7 +624,7 @@ impl<'a> Run<'a> {
             return Ok(());
         };
         let angle = rad_from_deg(self.eval(angle).num()?);
-        let from = self.log.last().ok_or("an arc from an unknown position")?.with(&self.tcp);
+        let from = from.ok_or("an arc from an unknown position")?;
         let [a, b, c] = [from, via, end].map(|pose| pose.translation.vector);
         let circle = Circle::through(a, b, c).ok_or("the arc's points lie on one line")?;
         if !(angle.abs() > 1e-6 && angle.abs() < 100.0) {

@@ -142,12 +142,23 @@ impl<'a> Interpreter<'a> {
         holds: Holds,
         object: &WorkObject,
     ) -> Result<Work, String> {
+        self.work_behind(line, holds, object, self.log.has_moved())
+    }
+
+    /// The same; `has_start`: whether external axes start from where a move before has left them.
+    pub(super) fn work_behind(
+        &mut self,
+        line: usize,
+        holds: Holds,
+        object: &WorkObject,
+        has_start: bool,
+    ) -> Result<Work, String> {
         match (holds, &object.on) {
             (Holds::Tool, Carrier::Ground) => Ok(Work::Stands),
             (Holds::Tool, Carrier::Unit(unit)) => {
                 let what = format!("the mechanical unit '{}' is taken as rigid", unit.name);
                 self.log.warning(Code::Assumed, line, what);
-                self.external.work_on(unit)
+                self.external.work_on(unit, has_start)
             }
             (Holds::Work, Carrier::Arm) => Ok(Work::Held),
             (Holds::Tool, Carrier::Arm) => {

@@ -89,8 +89,8 @@ pub(super) struct Interpreter<'a> {
     /// Whether the job's tcp and work object stand for data that no file declares, and not for
     /// tool0 and wobj0 beside them.
     pub(super) stands_for: Named,
-    /// What `GripLoad` says that the gripper holds, in the frame of the tool, or of
-    /// the work object where the arm holds that; or why that is not known.
+    /// What `GripLoad` says that the gripper holds, in the frame of the tool, or of the work object
+    /// where the arm holds that; or why that is not known.
     pub(super) gripped: Result<Option<Load>, String>,
 }
 

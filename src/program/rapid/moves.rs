@@ -1,10 +1,10 @@
-//! The motion instructions: arguments → a move in the base frame.
+//! The motion instructions: arguments → a move in the frame of the work.
 
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Isometry3;
 
-use super::carried::Holds;
+use super::carried::{Holds, WorkObject};
 use super::instructions::{Motion, ToolAt, Way};
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Path};
@@ -56,14 +56,14 @@ impl<'a> Interpreter<'a> {
         if way == Way::AbsoluteJoints {
             let joints = self.joints(&first)?;
             self.log.configure(None);
-            let held = holds == Holds::Work && option("wobj").is_some();
-            let object = held.then(|| self.work_object(line, option("wobj"), args)).transpose()?;
-            let active = match (&object, option("wobj")) {
-                (Some(object), _) => object.clone(),
-                (None, given) => self.work_object(line, given, args).unwrap_or_default(),
-            };
+            let is_moved =
+                |object: &Value| object.part(1, "a work object").and_then(Value::bool) == Ok(false);
+            let counts = option("wobj").is_some_and(|own| holds == Holds::Work || is_moved(own));
+            let object =
+                counts.then(|| self.work_object(line, option("wobj"), args)).transpose()?;
             let (work, gripped_in) = match (holds, object) {
-                (Holds::Tool, _) => (Work::Stands, Some(tcp)),
+                (Holds::Tool, None) => (Work::Stands, Some(tcp)),
+                (Holds::Tool, Some(object)) => (self.work(line, holds, &object)?, Some(tcp)),
                 (Holds::Work, None) => (Work::Held, None),
                 (Holds::Work, Some(object)) => {
                     (self.work(line, holds, &object)?, Some(object.frame))
@@ -71,7 +71,8 @@ impl<'a> Interpreter<'a> {
             };
             self.note_load(line, tool, gripped_in.as_ref(), args);
             self.log.work(work);
-            self.active = (active, self.six_axes(&first));
+            // Its pose is not worked out, so that no frame is asked for.
+            self.active = (WorkObject::default(), self.six_axes(&first));
             let pace =
                 self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
@@ -249,8 +250,7 @@ impl<'a> Interpreter<'a> {
             Some((_, object)) => self.work_object(line, Some(object), args)?,
             None => self.active.0.clone(),
         };
-        self.external.move_begins();
-        let work = self.work(line, holds, &object)?;
+        let work = self.work_behind(line, holds, &object, false)?.ended();
         let at = object.frame.inverse() * last.seen_from(&work, &tcp);
         let [translation, rotation] = from_pose(&at);
         let external = self.where_external();

@@ -17,6 +17,9 @@ use crate::program::spindle_names::is_spindles;
 /// The instruction that says what the gripper holds.
 const GRIP: &str = "gripload";
 
+/// Statements that are searched in the time that one takes to run.
+const STATEMENTS_A_STEP: usize = 50;
+
 /// The instruction that says how the tool turns on arcs.
 const CIR_PATH_MODE: &str = "cirpathmode";
 
@@ -78,13 +81,13 @@ impl<'a> Interpreter<'a> {
                         What::Label(name) => name.key == label,
                         _ => false,
                     };
-                    let Some(at) = block.iter().position(is_here) else {
-                        return Flow::Goto(label);
-                    };
-                    if at >= next {
-                        self.doubt_behind(statement, block.get(next..at).unwrap_or_default());
+                    // A jump costs what the search for its label does.
+                    self.budget = self.budget.saturating_sub(block.len() / STATEMENTS_A_STEP);
+                    self.doubt_behind(statement, behind);
+                    match block.iter().position(is_here) {
+                        Some(at) => next = at,
+                        None => return Flow::Goto(label),
                     }
-                    next = at + 1;
                 }
                 flow => {
                     self.doubt_behind(statement, behind);

@@ -162,6 +162,44 @@ fn external_axes_take_their_time() {
     assert!((both - one - expected).abs() < 1e-3 * expected, "{} {expected}", both - one);
 }
 
+/// Work that turns once round is where it was, and the arm has followed it; joints that stand are
+/// led by work that turns.
+#[test]
+fn the_arm_follows_a_whole_turn() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
+    let robot = read_robot(&file, &mut Reading::default()).unwrap();
+    let plan = |text: &str| {
+        let program = run(&format!("ConfL \\Off;\n{text}"), &with_table()).unwrap();
+        let path = Path::plan(&robot, &program.moves, None).unwrap();
+        (path.duration_s(), path.knots_s().len(), detune::path::tcp_poses(&path, &[0.5]).unwrap())
+    };
+    let on = |angle: &str| {
+        let start = target(0.0, 0.0, 0.0, angle);
+        format!("MoveL {start},[10,500,5000,10],fine,spindle\\WObj:=table;\n")
+    };
+    let (seconds, knots, half) = plan(&format!("{}{}", on("0"), on("360")));
+    // 360° at 10°/s; the table turns by 2° at most between two knots.
+    assert!((seconds - 36.0).abs() < 1e-9 && knots > 180, "{seconds} {knots}");
+    let expected = Vector3::new(0.8, 0.0, 0.43);
+    assert!((half[0].translation.vector - expected).norm() < 1e-6, "{half:?}");
+    let joints = |angle: &str| {
+        format!(
+            "MoveAbsJ [[0,0,0,0,30,0],[9E9,{angle},9E9,9E9,9E9,9E9]],[10,500,5000,1000],fine,\
+             spindle\\WObj:=table;\n"
+        )
+    };
+    // The flange of the arm so: the tool is somewhere off the axis, and its way is an arc about it.
+    let (seconds, _, at) = plan(&format!("{}{}", joints("0"), joints("90")));
+    let off = at[0].translation.vector - Vector3::new(1.0, 0.0, 0.0);
+    let expected = std::f64::consts::FRAC_PI_2 * off.xy().norm() / 0.01;
+    assert!((seconds - expected).abs() < 1e-6 * expected, "{seconds} {expected}");
+    // Where it was before is not known.
+    let start = target(0.0, 0.0, 0.0, "9E9");
+    let found = run(&format!("MoveL {start},v10,fine,spindle;\n{}", on("90")), &with_table());
+    let found = found.unwrap_err();
+    assert!(found[0].what.contains("do not say where external axis eax_b is"), "{found:?}");
+}
+
 /// ABB's manual of CRobT: the active work object where none is named; the external axes are those
 /// of the place, and CJointT has those of a jointtarget.
 #[test]
