@@ -1,4 +1,4 @@
-//! Curves of the tool centre point in the frame of the work: straight lines and arcs, with orientation.
+//! Curves of the tool centre point in the frame of the work: lines and arcs, with orientation.
 
 use std::f64::consts::TAU;
 
