@@ -398,10 +398,14 @@ fn tell_unread(log: &mut Log, line: usize, start: &str) {
 /// for.
 type InComment = (usize, Sets, f64, Span, f64);
 
-/// Numbers in comments, by the line of the instruction that follows, and the comments that have
-/// the text that the job names, and no number that is read: line and text.
+/// What comments say that begin with a text of the job's.
 #[derive(Debug, Default)]
-pub(super) struct Comments(HashMap<usize, Vec<InComment>>, Vec<(usize, String)>);
+pub(super) struct Comments {
+    /// Numbers, by the line of the instruction that follows.
+    numbers: HashMap<usize, Vec<InComment>>,
+    /// Comments that have the text, and no number that is read: line and text.
+    unread: Vec<(usize, String)>,
+}
 
 impl Comments {
     /// The comments of a program that set something; comments begin with `mark`.
@@ -409,7 +413,7 @@ impl Comments {
         let mut found = HashMap::new();
         let (mut open, mut unread) = (Vec::new(), Vec::new());
         if !all(settings).any(|(_, by)| matches!(by.what, Setter::Comment(_))) {
-            return Self(found, unread);
+            return Self::default();
         }
         for (index, whole) in text.lines().enumerate() {
             let line = whole.trim();
@@ -441,18 +445,18 @@ impl Comments {
                 found.insert(index + 1, std::mem::take(&mut open));
             }
         }
-        Self(found, unread)
+        Self { numbers: found, unread }
     }
 
     /// Tells of comments whose number is not read: of the main file, and all of the others.
     pub(super) fn tell(&self, mark: char, settings: &Settings, log: &mut Log) {
-        for (line, start) in &self.1 {
+        for (line, start) in &self.unread {
             tell_unread(log, *line, start);
         }
         for other in &settings.companions {
             let own = Self::of(&other.text, mark, settings);
-            let first = own.0.values().flatten().map(|(line, ..)| *line);
-            if let Some(line) = first.chain(own.1.iter().map(|(line, _)| *line)).min() {
+            let first = own.numbers.values().flatten().map(|(line, ..)| *line);
+            if let Some(line) = first.chain(own.unread.iter().map(|(line, _)| *line)).min() {
                 let what = format!(
                     "{}:{line}: a comment sets the spindle or the tool: comments are read in the \
                      main file alone",
@@ -465,7 +469,7 @@ impl Comments {
 
     /// Runs what comments before the instruction of this line set.
     pub(super) fn heed(&self, line: usize, log: &mut Log) {
-        for &(line, sets, value, span, per_unit) in self.0.get(&line).into_iter().flatten() {
+        for &(line, sets, value, span, per_unit) in self.numbers.get(&line).into_iter().flatten() {
             set(log, line, sets, Given::any(Ok(value), Some(span)), per_unit);
         }
     }

@@ -201,12 +201,8 @@ impl Log {
         }
         let to = self.come_back(line, to, pace);
         let last = self.last;
-        let turns = match &to {
-            Target::Line(at) | Target::Arc { end: at, turning: Turning::ByWay, .. } => Some(at),
-            _ => None,
-        };
-        if let (Some(last), Some(at)) = (last, turns)
-            && last.seen_from(&self.work, &tcp).rotation.angle_to(&at.rotation) > HALF_TURN_RAD
+        if let Some(last) = last
+            && turn_rad(&last.seen_from(&self.work, &tcp), &to) > HALF_TURN_RAD
         {
             let what = "the tool turns by 180° on this way, and nothing says which way round: a \
                         point between would";
@@ -542,6 +538,29 @@ fn way_m(from: &Isometry3<f64>, to: &Target) -> Option<f64> {
             let [via, end] = [via, end].map(|pose| pose.translation.vector);
             let chords = || (via - from).norm() + (end - via).norm();
             Some(Circle::through(from, via, end).map_or_else(chords, |circle| circle.length()))
+        }
+    }
+}
+
+/// By how much the tool turns from a pose, rad; on an arc that it goes with against that, and
+/// nothing where the pose on the way tells which way round.
+fn turn_rad(from: &Isometry3<f64>, to: &Target) -> f64 {
+    /// What a pose on the way must be turned by to tell it, rad.
+    const TELLS: f64 = 0.2;
+    match to {
+        Target::Joints(_) | Target::JointsTo(_) => 0.0,
+        Target::Line(end) | Target::Arc { end, turning: Turning::ByWay | Turning::ToEnd, .. } => {
+            from.rotation.angle_to(&end.rotation)
+        }
+        Target::Arc { via, end, turning: Turning::WithArc } => {
+            let [a, b, c] = [from, via, end].map(|pose| pose.translation.vector);
+            let Some(circle) = Circle::through(a, b, c) else { return 0.0 };
+            let against = |u: f64, to: &Isometry3<f64>| {
+                ((circle.turn(u) * from.rotation).inverse() * to.rotation).scaled_axis()
+            };
+            let (whole, half) = (against(1.0, end), against(circle.via_at(), via));
+            let tells = half.dot(&whole).abs() > TELLS * whole.norm();
+            if tells { 0.0 } else { whole.norm() }
         }
     }
 }

@@ -104,9 +104,13 @@ fn runs(moves: &[Move], has_tool_0: bool) -> Vec<Run> {
     runs
 }
 
-/// Whether the spindle turns on a move that is not rapid.
+/// Whether the spindle turns on a move that is not rapid; a dwell is none.
 fn may_cut(moves: &[Move]) -> bool {
-    let is_led = |each: &Move| matches!(each.timing, Timing::Feed | Timing::Joints(_));
+    let is_led = |each: &Move| match each.timing {
+        Timing::Rapid => false,
+        Timing::Feed | Timing::Joints(_) => true,
+        Timing::Seconds(_) => matches!(each.to, Target::Line(_) | Target::Arc { .. }),
+    };
     moves.iter().any(|each| each.spindle_turns && is_led(each))
 }
 

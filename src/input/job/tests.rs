@@ -238,8 +238,10 @@ fn tool_0_is_an_empty_spindle() {
         let found: Vec<_> = job.operations.iter().map(|o| o.tool_number).collect();
         assert!(found.iter().all(|number| *number == Some(1)), "{end}: {found:?}");
     }
-    let errors = read_of(&tools, "a.nc", &program("S900 M3\nG1 Z9")).unwrap_err();
-    assert!(errors[0].contains("tool 0 is loaded, which is not among tools"), "{errors:?}");
+    for end in ["S900 M3\nG1 Z9", "S900 M3\nG93\nG1 Z9 F2"] {
+        let errors = read_of(&tools, "a.nc", &program(end)).unwrap_err();
+        assert!(errors[0].contains("tool 0 is loaded, which is not among tools"), "{errors:?}");
+    }
 }
 
 #[test]

@@ -336,13 +336,7 @@ impl Run<'_> {
     fn resolve(&mut self, line: usize, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
         let tool = group.tool.or(self.tool);
         let is_given = !self.settings.tool_frames.is_empty() && self.settings.tcp.is_none();
-        if tool.is_none() && is_given {
-            return Err(
-                "UT : F is the tool that is selected at run time, and the program selects \
-                        none: write the tcp in the job"
-                    .to_owned(),
-            );
-        }
+        selected(tool, is_given, "UT : F", "tcp")?;
         let tool = tool.unwrap_or(0);
         let tcp = self.tcp(tool)?;
         self.log.tcp_of(of_job_tcp(self.settings, tool).filter(|_| !self.is_own_tool(tool)));
@@ -365,13 +359,7 @@ impl Run<'_> {
         let numbers = six(group, POSE)?.ok_or("the position has neither X to R nor J1 to J6")?;
         let frame = group.frame.or(self.frame);
         let is_given = !self.settings.base_frames.is_empty() && self.settings.work_object.is_none();
-        if frame.is_none() && is_given {
-            return Err(
-                "UF : F is the frame that is selected at run time, and the program selects \
-                        none: write the work_object in the job"
-                    .to_owned(),
-            );
-        }
+        selected(frame, is_given, "UF : F", "work_object")?;
         if frame == Some(0) && self.settings.work_object.is_some() {
             let what =
                 "UFRAME 0 is the robot's base frame: the job's work_object is not used there";
@@ -677,4 +665,16 @@ pub(super) fn pose([x, y, z, w, p, r]: [f64; 6]) -> Isometry3<f64> {
     let at = Translation3::new(m_from_mm(x), m_from_mm(y), m_from_mm(z));
     let [w, p, r] = [w, p, r].map(rad_from_deg);
     Isometry3::from_parts(at, UnitQuaternion::from_euler_angles(w, p, r))
+}
+
+/// A frame or tool that the program selects, or that the job has for all; where the job gives such
+/// by number alone, which one holds is not known.
+fn selected(number: Option<u32>, is_by_number: bool, what: &str, key: &str) -> Result<(), String> {
+    match number {
+        None if is_by_number => Err(format!(
+            "{what} is what is selected at run time, and the program selects none: write the {key} \
+             in the job"
+        )),
+        _ => Ok(()),
+    }
 }

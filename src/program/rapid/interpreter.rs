@@ -72,8 +72,10 @@ pub(super) struct Interpreter<'a> {
     pub(super) monitors: [bool; 2],
     /// How the tool turns on arcs, `CirPathMode`; `None` where that is not known.
     pub(super) turning: Option<Turning>,
-    /// The work object of the motion before, and its joints if they are known, degrees.
-    pub(super) active: (WorkObject, Option<[f64; 6]>),
+    /// The work object of the motion before.
+    pub(super) active_object: WorkObject,
+    /// The joints behind it, if they are known, degrees.
+    pub(super) joints_now: Option<[f64; 6]>,
     /// Outputs that the program has set, by name in lower case.
     pub(super) outputs: HashMap<String, f64>,
     pub(super) timed: Timed<'a>,
@@ -124,7 +126,8 @@ impl<'a> Interpreter<'a> {
             velocity: (1.0, f64::INFINITY),
             monitors: [true; 2],
             turning: Some(Turning::WithArc),
-            active: Default::default(),
+            active_object: WorkObject::default(),
+            joints_now: None,
             outputs: HashMap::new(),
             timed: Timed::of(file),
             given_on: HashSet::new(),

@@ -72,7 +72,8 @@ impl<'a> Interpreter<'a> {
             self.note_load(line, tool, gripped_in.as_ref(), args);
             self.log.work(work);
             // Its pose is not worked out, so that no frame is asked for.
-            self.active = (WorkObject::default(), self.six_axes(&first));
+            self.active_object = WorkObject::default();
+            self.joints_now = self.six_axes(&first);
             let pace =
                 self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
@@ -97,7 +98,7 @@ impl<'a> Interpreter<'a> {
         self.note_load(line, tool, Some(&gripped_in), args);
         let work = self.work(line, holds, &object)?;
         self.log.work(work);
-        self.active = (object, None);
+        (self.active_object, self.joints_now) = (object, None);
         let pace = self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
         self.log.motion(line, to, tcp, pace);
         Ok(())
@@ -221,7 +222,7 @@ impl<'a> Interpreter<'a> {
 
     /// `CJointT()`: the joints of the last target.
     pub(super) fn current_joints(&self) -> Result<Value, String> {
-        let joints = self.active.1.ok_or(
+        let joints = self.joints_now.ok_or(
             "CJointT: the joints are known behind MoveAbsJ alone, as the reader does not work them \
              out",
         )?;
@@ -248,7 +249,7 @@ impl<'a> Interpreter<'a> {
         };
         let object = match find("wobj") {
             Some((_, object)) => self.work_object(line, Some(object), args)?,
-            None => self.active.0.clone(),
+            None => self.active_object.clone(),
         };
         let work = self.work_behind(line, holds, &object, false)?.ended();
         let at = object.frame.inverse() * last.seen_from(&work, &tcp);

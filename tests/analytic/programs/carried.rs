@@ -246,6 +246,24 @@ fn arcs_turn_as_cirpathmode_says() {
         let told = program.warnings.iter().filter(|note| note.code == Code::AxisIgnored);
         assert_eq!(told.count(), doubts, "{mode}: {:?}", program.warnings);
     }
+    // Half a circle: as it was, as the arc goes, and turned over with it; what the circle point says
+    // of the way round.
+    let pose = |x: f64, y: f64, turn: &str| {
+        format!("[[{x},{y},0],[{turn}],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]")
+    };
+    let (same, with) = ("0,1,0,0", "0,0,1,0");
+    for (via, end, doubts) in [
+        (same, same, 0),
+        ("0,0.70710678,-0.70710678,0", with, 0),
+        ("0,0.70710678,-0.70710678,0", same, 1),
+        ("0,0.70710678,0.70710678,0", with, 0),
+    ] {
+        let [a, b, c] = [pose(0.0, 0.0, same), pose(10.0, 10.0, via), pose(20.0, 0.0, end)];
+        let text = format!("MoveJ {a},v10,fine,spindle;\nMoveC {b},{c},v10,fine,spindle;\n");
+        let program = run(&text, &settings()).unwrap();
+        let told = program.warnings.iter().filter(|note| note.code == Code::AxisIgnored);
+        assert_eq!(told.count(), doubts, "{via} {end}");
+    }
 }
 
 /// Where the robot stands is read back in the frame of the work as it lies there.
