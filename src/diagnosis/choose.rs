@@ -239,15 +239,14 @@ impl<'c> Search<'_, '_, 'c> {
     fn with_one_more(&self, parent: &Model<'c>) -> Vec<Model<'c>> {
         let taken = &parent.fit.hypothesis.effects;
         let is_first = taken.is_empty();
+        let beside = self.means.screen.beside(self.problem, &parent.fit);
         let mut tried: Vec<(f64, usize)> = self
             .means
             .candidates
             .par_iter()
             .enumerate()
             .filter(|(_, candidate)| !taken.iter().any(|(other, _)| other.same_place(candidate)))
-            .map(|(i, candidate)| {
-                (self.means.screen.expected_gain(self.problem, &parent.fit, i, candidate), i)
-            })
+            .map(|(i, candidate)| (beside.expected_gain(i, candidate), i))
             .collect();
         tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let most = if is_first { self.means.width.first } else { self.means.width.further };
@@ -515,7 +514,7 @@ mod tests {
         let of = |i: usize, at: f64| Hypothesis { effects: vec![(&candidates[i], vec![at])] };
         let mut table = data(12);
         let problem = Problem { description: &description, data: &table };
-        let without = problem.evaluate(&of(1, 1.5), false).unwrap().residuals;
+        let without = problem.evaluate(&of(1, 1.5), false).unwrap().left.residuals;
         for (i, (point, off)) in table.points.iter_mut().zip(without).enumerate() {
             point.ln_f += 0.002 * (7.0 * i as f64).sin() - off.unwrap();
         }

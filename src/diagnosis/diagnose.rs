@@ -259,7 +259,7 @@ fn set_aside(suspects: &[usize]) -> Option<Note> {
 
 /// One row that is far off, where other poses do not bear out what may explain it.
 fn stands_alone(data: &Data, baseline: &Fit<'_>, row: usize) -> Option<Note> {
-    let points = data.points.iter().zip(&baseline.evaluation.residuals);
+    let points = data.points.iter().zip(&baseline.evaluation.left.residuals);
     let own = points.filter(|(point, _)| point.row == row).filter_map(|(p, r)| Some((p, (*r)?)));
     let (point, residual) = own.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let what = format!(
@@ -281,7 +281,7 @@ fn far_off(data: &Data, chosen: &Fit<'_>) -> Option<Note> {
     const LEAST: f64 = 0.02;
     const SHOWN: usize = 5;
     let scale = chosen.evaluation.noise.scale;
-    let points = data.points.iter().zip(&chosen.evaluation.residuals);
+    let points = data.points.iter().zip(&chosen.evaluation.left.residuals);
     let all = points.filter_map(|(point, residual)| {
         let (r, std) = ((*residual)?, (scale * point.unit).hypot(point.rounding.sqrt()));
         (r.abs() > (ALONE_WRONG * std).max(LEAST)).then_some((point, r))
@@ -312,7 +312,7 @@ fn far_off(data: &Data, chosen: &Fit<'_>) -> Option<Note> {
 }
 
 fn out_of_rank(data: &Data, chosen: &Fit<'_>) -> Option<Note> {
-    let rows = chosen.evaluation.out_of_rank.iter();
+    let rows = chosen.evaluation.left.out_of_rank.iter();
     let rows: Vec<String> = rows.map(|&row| (data.rows[row].index + 1).to_string()).collect();
     let [_, others @ ..] = &rows[..] else { return None };
     let (noun, verb) = if others.is_empty() { ("row", "has") } else { ("rows", "have") };
@@ -432,12 +432,12 @@ fn cross_validated<'c>(
 fn noise_floor(data: &Data, fit: &Fit<'_>) -> f64 {
     let frequencies = data.points.len() as f64;
     let left = (frequencies - fit.freedom).max(1.0);
-    rms(fit.evaluation.residuals.iter()) * (frequencies / left).sqrt()
+    rms(fit.evaluation.left.residuals.iter()) * (frequencies / left).sqrt()
 }
 
 fn errors(data: &Data, fit: &Fit<'_>, heldout: f64, leaves_noise: bool) -> Errors {
     let errors: Vec<Option<f64>> =
-        fit.evaluation.residuals.iter().map(|r| r.map(relative_error)).collect();
+        fit.evaluation.left.residuals.iter().map(|r| r.map(relative_error)).collect();
     let of_mode = |mode: usize| {
         let own = data.points.iter().zip(&errors).filter(move |(p, _)| p.column == mode);
         percent_from_ratio(rms(own.map(|(_, e)| e)))
@@ -478,7 +478,7 @@ fn residual_rows(
         .enumerate()
         .map(|(i, point)| {
             let predicted = |evaluation: &Evaluation| {
-                evaluation.residuals[i].map(|residual| (point.ln_f - residual).exp())
+                evaluation.left.residuals[i].map(|residual| (point.ln_f - residual).exp())
             };
             let row = &data.rows[point.row];
             let before_hz = predicted(before);

@@ -28,7 +28,7 @@ pub(super) fn findings(
     widest: &Fit<'_>,
 ) -> Vec<Finding> {
     let best = &choice.best;
-    let rms_with = rms(best.fit.evaluation.residuals.iter());
+    let rms_with = rms(best.fit.evaluation.left.residuals.iter());
     let n = problem.data.points.len() as f64;
     let bic = |fit: &Fit<'_>| -2.0 * fit.evaluation.score + fit.freedom * n.ln();
     let mut certainties = averaged(problem, widest, &choice.seen, best.log_evidence).into_iter();
@@ -59,7 +59,7 @@ pub(super) fn findings(
                 p_value: p_value(problem, candidates, &without, &best.fit),
             },
             gain_percent_points: percent_from_ratio(
-                rms(without.evaluation.residuals.iter()) - rms_with,
+                rms(without.evaluation.left.residuals.iter()) - rms_with,
             ),
         });
     }

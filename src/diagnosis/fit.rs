@@ -45,8 +45,8 @@ impl Fit<'_> {
         }));
         let columns: Vec<usize> = order.iter().flat_map(|&i| starts[i]..starts[i + 1]).collect();
         self.hypothesis.effects = order.iter().map(|&i| effects[i].clone()).collect();
-        let of_shapes = self.evaluation.shapes.iter_mut().map(|shape| &mut shape.slope);
-        let slopes = self.evaluation.slopes.iter_mut().chain(of_shapes);
+        let of_shapes = self.evaluation.left.shapes.iter_mut().map(|shape| &mut shape.slope);
+        let slopes = self.evaluation.left.slopes.iter_mut().chain(of_shapes);
         // A point without prediction has no slopes.
         for slopes in slopes.filter(|s| !s.is_empty()) {
             *slopes = columns.iter().map(|&column| slopes[column]).collect();
@@ -60,8 +60,8 @@ impl Fit<'_> {
         let at: usize = effects[..i].iter().map(|(_, inner)| inner.len()).sum();
         let count = last.1.len();
         effects.insert(i, last);
-        let of_shapes = self.evaluation.shapes.iter_mut().map(|shape| &mut shape.slope);
-        let slopes = self.evaluation.slopes.iter_mut().chain(of_shapes);
+        let of_shapes = self.evaluation.left.shapes.iter_mut().map(|shape| &mut shape.slope);
+        let slopes = self.evaluation.left.slopes.iter_mut().chain(of_shapes);
         // A point without prediction has no slopes.
         for slopes in slopes.filter(|s| s.len() >= at + count) {
             slopes[at..].rotate_right(count);
@@ -115,15 +115,14 @@ impl Problem<'_> {
     /// to that one, to first order: a cause that takes from another looks bad until the other has
     /// given way.
     fn first_order_score(&self, hypothesis: &Hypothesis<'_>) -> Option<f64> {
-        let (_, before) = hypothesis.effects.split_last()?;
-        let others: usize = before.iter().map(|(_, inner)| inner.len()).sum();
-        let evaluation = self.evaluate(hypothesis, others > 0)?;
-        if others == 0 {
+        let mut others = hypothesis.clone();
+        others.effects.pop()?;
+        let parameters = others.inner().len();
+        let evaluation = self.evaluate_by(hypothesis, parameters)?;
+        if parameters == 0 {
             return Some(evaluation.score);
         }
-        let (information, gradient) = normal_equations(hypothesis, &evaluation);
-        let information = information.view((0, 0), (others, others)).into_owned();
-        let gradient = gradient.rows(0, others).into_owned();
+        let (information, gradient) = normal_equations(&others, &evaluation);
         let damping = (information.diagonal() * 1e-3).add_scalar(1e-12);
         let damped = information + DMatrix::from_diagonal(&damping);
         let gain = damped.cholesky().map_or(0.0, |c| 0.5 * gradient.dot(&c.solve(&gradient)));
@@ -195,8 +194,12 @@ pub(super) fn normal_equations(
     let p = inner.len();
     let mut information = DMatrix::zeros(p, p);
     let mut gradient = DVector::zeros(p);
-    for ((residual, slope), weight) in
-        evaluation.innovations.iter().zip(&evaluation.slopes).zip(&evaluation.noise.weights)
+    for ((residual, slope), weight) in evaluation
+        .left
+        .innovations
+        .iter()
+        .zip(&evaluation.left.slopes)
+        .zip(&evaluation.noise.weights)
     {
         let Some(residual) = residual else { continue };
         for i in 0..p {
@@ -206,7 +209,7 @@ pub(super) fn normal_equations(
             }
         }
     }
-    for shape in &evaluation.shapes {
+    for shape in &evaluation.left.shapes {
         for (i, own) in shape.slope.iter().enumerate() {
             gradient[i] += shape.weight * own * shape.residual;
             for (j, other) in shape.slope.iter().enumerate() {

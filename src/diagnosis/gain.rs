@@ -31,7 +31,8 @@ pub(super) struct HeldOut {
 impl HeldOut {
     /// Of a model without causes.
     pub(super) fn unchanged(baseline: &Evaluation) -> Self {
-        let errors: Vec<_> = baseline.residuals.iter().map(|r| r.map(relative_error)).collect();
+        let errors: Vec<_> =
+            baseline.left.residuals.iter().map(|r| r.map(relative_error)).collect();
         Self { before: errors.clone(), after: errors }
     }
 }
@@ -91,7 +92,7 @@ pub(super) fn folds_of(data: &Data, seed: u64) -> (Vec<usize>, usize) {
 fn errors(problem: &Problem<'_>, hypothesis: &Hypothesis<'_>) -> Vec<Option<f64>> {
     problem.evaluate(hypothesis, false).map_or_else(
         || vec![None; problem.data.points.len()],
-        |evaluation| evaluation.residuals.iter().map(|r| r.map(relative_error)).collect(),
+        |evaluation| evaluation.left.residuals.iter().map(|r| r.map(relative_error)).collect(),
     )
 }
 

@@ -24,7 +24,7 @@ pub(super) fn covariance(data: &Data, fit: &Fit<'_>) -> Option<DMatrix<f64>> {
     let mut information = DMatrix::zeros(p, p);
     let (mut square, mut curvature, mut count) = (0.0, 0.0, 0.0);
     for ((point, residual), slope) in
-        data.points.iter().zip(&evaluation.innovations).zip(&evaluation.slopes)
+        data.points.iter().zip(&evaluation.left.innovations).zip(&evaluation.left.slopes)
     {
         let Some(residual) = residual else { continue };
         let variance = (evaluation.noise.scale * point.unit).powi(2) + point.rounding;
@@ -38,7 +38,7 @@ pub(super) fn covariance(data: &Data, fit: &Fit<'_>) -> Option<DMatrix<f64>> {
             }
         }
     }
-    for shape in &evaluation.shapes {
+    for shape in &evaluation.left.shapes {
         for (i, own) in shape.slope.iter().enumerate() {
             for (j, other) in shape.slope.iter().enumerate() {
                 information[(i, j)] += own * other;

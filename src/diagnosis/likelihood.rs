@@ -16,6 +16,9 @@ pub(super) const MIN_NOISE: f64 = 3e-4;
 /// e².
 pub(super) const UNPREDICTED: f64 = -std::f64::consts::LN_2;
 
+/// A step of ln s² after which the next would be less than 1e-7.
+const NO_STEP: f64 = 1e-4;
+
 /// The noise as the residuals show it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Noise {
@@ -48,32 +51,41 @@ pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
     let count = count as f64;
     let mean = fours.iter().flat_map(|[r2, _]| r2).sum::<f64>() / count.max(1.0);
     let floor = MIN_NOISE * MIN_NOISE;
-    // The variance of a point is s²u² + rounding; the part that is ours to find follows from its
-    // expected share in the residual: share² weight r² + s²u² (1 − share), on one denominator.
-    let expected = |s2: f64| -> f64 {
-        let mut sums = [0.0; 4];
+    // The variance of a point is v = s²u² + rounding. The part that is ours to find follows from
+    // its expected share in the residual: s² = mean of part · s² / (v (νv + r²)), on one
+    // denominator. That mean, and its derivative by s².
+    let expected = |s2: f64| -> [f64; 2] {
+        let mut sums = [[0.0; 4]; 2];
         for [r2, rounding] in &fours {
             for k in 0..4 {
                 let variance = s2 + rounding[k];
                 let spread = nu * variance + r2[k];
-                let part = s2 * (nu + 1.0) * r2[k] + rounding[k] * spread;
-                sums[k] += s2 * part / (variance * spread);
+                let from_residual = (nu + 1.0) * r2[k];
+                let part = s2 * from_residual + rounding[k] * spread;
+                let inverse = 1.0 / (variance * spread);
+                let own = s2 * part * inverse;
+                sums[0][k] += own;
+                sums[1][k] += inverse
+                    * (part + s2 * (from_residual + nu * rounding[k])
+                        - own * (spread + nu * variance));
             }
         }
-        (sums.iter().sum::<f64>() / count.max(1.0)).max(floor)
+        sums.map(|sum| sum.iter().sum::<f64>() / count.max(1.0))
     };
-    // Steffensen's method on ln s².
+    // Newton's method on ln s² = ln mean(s²).
     let mut s2 = mean.max(floor);
     // A handful of rounds is enough.
     for _ in 0..30 {
-        let once = expected(s2);
-        let twice = expected(once);
-        let [step, next] = [(once / s2).ln(), (twice / once).ln()];
-        let further = step * step / (step - next);
-        // The likelihood may have little to say far from its top: then the plain iteration goes on.
-        let leaps = step != next && further.abs() < 3.0 && (further > 0.0) == (step > 0.0);
-        s2 = if leaps { (s2 * further.exp()).max(floor) } else { twice };
-        if step.abs() < 1e-6 {
+        let [next, slope] = expected(s2);
+        let plain = (next / s2).ln();
+        let further = plain / (1.0 - s2 * slope / next);
+        // Far from the top the likelihood may have little to say: then the plain iteration goes on.
+        let leaps = further.abs() < 3.0 && (further > 0.0) == (plain > 0.0);
+        let step = if leaps { further } else { plain };
+        let before = s2;
+        s2 = (s2 * step.exp()).max(floor);
+        // What is left is of the order of the square of the step; also where nothing scatters.
+        if step.abs() < NO_STEP || s2 == before || !step.is_finite() {
             break;
         }
     }

@@ -210,11 +210,12 @@ impl PredictedPose {
         // Whether a mode will be missed there nobody knows.
         let a = problem.evaluate(&finding.hypothesis.without(Cause::MissedMode), true)?;
         let b = problem.evaluate(&alternative.hypothesis.without(Cause::MissedMode), true)?;
-        let shown: Vec<(usize, f64)> =
-            (0..columns).filter_map(|i| Some((i, a.residuals[i]? - b.residuals[i]?))).collect();
+        let shown: Vec<(usize, f64)> = (0..columns)
+            .filter_map(|i| Some((i, a.left.residuals[i]? - b.left.residuals[i]?)))
+            .collect();
         let [of_a, of_b] = [finding, alternative].map(|fit| fit.hypothesis.inner().len());
         let slope = |i: usize, k: usize| {
-            if k < of_a { a.slopes[i][k] } else { -b.slopes[i][k - of_a] }
+            if k < of_a { a.left.slopes[i][k] } else { -b.left.slopes[i][k - of_a] }
         };
         (!shown.is_empty()).then(|| Self {
             q: row.q.clone(),

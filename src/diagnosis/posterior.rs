@@ -183,7 +183,7 @@ pub(super) fn covariance_of_causes(
         of_causes[(k, k)] = expected.unwrap_or(1.0);
     }
     for (i, &at) in linear.points.iter().enumerate() {
-        let slope = &chosen.evaluation.slopes[at];
+        let slope = &chosen.evaluation.left.slopes[at];
         if slope.len() != p {
             continue;
         }

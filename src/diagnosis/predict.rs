@@ -24,13 +24,13 @@ pub(super) struct Frequency {
     pub(super) rotation_slopes: Vec<Vec<f64>>,
 }
 
-/// Predicted frequencies of every row, ascending, before the instrument has its say; `None` if
-/// there is no such robot or an arm would fall over.
+/// Predicted frequencies of every row, ascending, before the instrument has its say, with slopes by
+/// the first `parameters`; `None` if there is no such robot or an arm would fall over.
 pub(super) fn predict(
     description: &Description,
     hypothesis: &Hypothesis<'_>,
     data: &Data,
-    with_slopes: bool,
+    parameters: usize,
 ) -> Option<Vec<Vec<Frequency>>> {
     let mechanics = |hypothesis: &Hypothesis<'_>| {
         Mechanics::new(description, &hypothesis.corrections(), &data.rows)
@@ -39,19 +39,17 @@ pub(super) fn predict(
     let inner = hypothesis.inner();
     // By parameter; the instrument's change nothing in the robot.
     let mut changes: Vec<Option<Change>> = Vec::new();
-    if with_slopes {
-        let of_instrument = hypothesis.effects.iter().flat_map(|(candidate, inner)| {
-            inner.iter().map(|_| candidate.cause.is_of_the_instrument())
-        });
-        for (i, of_instrument) in of_instrument.enumerate() {
-            if of_instrument {
-                changes.push(None);
-                continue;
-            }
-            let mut inner = inner.clone();
-            inner[i] += STEP;
-            changes.push(Some(Change::new(&here, mechanics(&hypothesis.with(&inner))?)));
+    let of_instrument = hypothesis.effects.iter().flat_map(|(candidate, inner)| {
+        inner.iter().map(|_| candidate.cause.is_of_the_instrument())
+    });
+    for (i, of_instrument) in of_instrument.enumerate().take(parameters) {
+        if of_instrument {
+            changes.push(None);
+            continue;
         }
+        let mut inner = inner.clone();
+        inner[i] += STEP;
+        changes.push(Some(Change::new(&here, mechanics(&hypothesis.with(&inner))?)));
     }
     let n = here.mass().nrows();
     let mut pencils = Pencils::new(n);

@@ -20,20 +20,28 @@ pub(super) struct Problem<'p> {
     pub(super) data: &'p Data,
 }
 
-/// A hypothesis held against the table.
+/// What a hypothesis leaves of the table.
 #[derive(Debug, Clone)]
-pub(super) struct Evaluation {
+pub(super) struct Left {
     /// ln(measured / predicted), one a point; `None` where the model has no such mode.
     pub(super) residuals: Vec<Option<f64>>,
     /// The same without what noise has in common.
     pub(super) innovations: Vec<Option<f64>>,
     /// d ln(predicted) by each parameter, one row a point, likewise.
     pub(super) slopes: Vec<Vec<f64>>,
-    pub(super) noise: Noise,
     /// How links turn in the modes.
     pub(super) shapes: Vec<ShapeTerm>,
     /// Rows whose modes, by their shapes, are not those of their rank.
     pub(super) out_of_rank: Vec<usize>,
+    /// ln likelihood of the shapes and of the modes that were missed.
+    ln_of_modes: f64,
+}
+
+/// A hypothesis held against the table.
+#[derive(Debug, Clone)]
+pub(super) struct Evaluation {
+    pub(super) left: Left,
+    pub(super) noise: Noise,
     /// ln likelihood, with what is expected of the parameters.
     pub(super) score: f64,
 }
@@ -45,7 +53,29 @@ impl<'p> Problem<'p> {
         hypothesis: &Hypothesis<'_>,
         with_slopes: bool,
     ) -> Option<Evaluation> {
-        let rows = predict(self.description, hypothesis, self.data, with_slopes)?;
+        self.evaluate_by(hypothesis, if with_slopes { usize::MAX } else { 0 })
+    }
+
+    /// The same with slopes by the first `parameters`.
+    pub(super) fn evaluate_by(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        parameters: usize,
+    ) -> Option<Evaluation> {
+        let left = self.left_by(hypothesis, parameters)?;
+        let noise = noise(&self.data.points, &left.innovations);
+        let score = noise.ln_likelihood
+            + left.ln_of_modes
+            + self.data.decorrelation.ln_determinant
+            + expectation(hypothesis);
+        score.is_finite().then_some(Evaluation { left, noise, score })
+    }
+
+    /// Residuals of a hypothesis, whatever the noise is, with slopes by its first `parameters`;
+    /// `None` if it is impossible.
+    pub(super) fn left_by(&self, hypothesis: &Hypothesis<'_>, parameters: usize) -> Option<Left> {
+        let with_slopes = parameters > 0;
+        let rows = predict(self.description, hypothesis, self.data, parameters)?;
         let mut rows = self.seen(hypothesis, rows)?;
         let out_of_rank = paired(self.data, &mut rows);
         let (shapes, of_shapes) = terms(self.data, &rows);
@@ -61,18 +91,14 @@ impl<'p> Problem<'p> {
         } else {
             self.compared_with_misses(rows, &missed, with_slopes)
         };
+        if residuals.iter().flatten().any(|residual| !residual.is_finite()) {
+            return None;
+        }
         let decorrelation = &self.data.decorrelation;
         let innovations = decorrelation.of_residuals(&residuals);
         decorrelation.of_slopes(&mut slopes);
-        let noise = noise(&self.data.points, &innovations);
-        let score = noise.ln_likelihood
-            + of_shapes
-            + decorrelation.ln_determinant
-            + prior
-            + expectation(hypothesis);
-        let evaluation =
-            Evaluation { residuals, innovations, slopes, noise, shapes, out_of_rank, score };
-        score.is_finite().then_some(evaluation)
+        let ln_of_modes = of_shapes + prior;
+        Some(Left { residuals, innovations, slopes, shapes, out_of_rank, ln_of_modes })
     }
 
     /// Frequencies as the instrument shows them: aliased where they are.

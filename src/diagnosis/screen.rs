@@ -32,9 +32,9 @@ impl Screen {
     /// Tries every candidate on the whole table.
     pub(super) fn new(problem: &Problem<'_>, candidates: &[Candidate]) -> Option<Self> {
         let predicted = |hypothesis: &Hypothesis<'_>| -> Option<Prediction> {
-            let evaluation = problem.evaluate(hypothesis, false)?;
+            let left = problem.left_by(hypothesis, 0)?;
             let points = problem.data.points.iter();
-            Some(points.zip(evaluation.residuals).map(|(p, r)| Some(p.ln_f - r?)).collect())
+            Some(points.zip(left.residuals).map(|(p, r)| Some(p.ln_f - r?)).collect())
         };
         let moved = candidates
             .par_iter()
@@ -75,15 +75,33 @@ impl Screen {
             .map(|(inner, _)| inner.clone())
     }
 
-    /// What ln likelihood the candidate `which` may gain on a fit, at its starts and along the way
-    /// to them.
-    pub(super) fn expected_gain<'c>(
-        &self,
-        problem: &Problem<'_>,
-        parent: &Fit<'c>,
-        which: usize,
-        candidate: &'c Candidate,
-    ) -> f64 {
+    /// What candidates may add to a fit.
+    pub(super) fn beside<'s, 'c>(
+        &'s self,
+        problem: &'s Problem<'s>,
+        parent: &'s Fit<'c>,
+    ) -> Beside<'s, 'c> {
+        let (information, _) = normal_equations(&parent.hypothesis, &parent.evaluation);
+        let p = information.nrows();
+        let inverse = (information + DMatrix::from_diagonal_element(p, p, 1e-9)).try_inverse();
+        Beside { screen: self, problem, parent, inverse }
+    }
+}
+
+/// A fit to which a candidate is to be added.
+pub(super) struct Beside<'s, 'c> {
+    screen: &'s Screen,
+    problem: &'s Problem<'s>,
+    parent: &'s Fit<'c>,
+    /// Covariance of the fit's parameters; `None` where the data do not part them.
+    inverse: Option<DMatrix<f64>>,
+}
+
+impl<'c> Beside<'_, 'c> {
+    /// What ln likelihood the candidate `which` may gain on the fit, at its starts and along the
+    /// way to them.
+    pub(super) fn expected_gain(&self, which: usize, candidate: &'c Candidate) -> f64 {
+        let Self { screen, problem, parent, inverse } = self;
         let before = &parent.evaluation;
         let cost = 0.5 * candidate.parameters.len() as f64;
         if candidate.cause.is_of_the_instrument() {
@@ -98,15 +116,13 @@ impl Screen {
         }
         let points = &problem.data.points;
         let weights = &before.noise.weights;
-        let (information, _) = normal_equations(&parent.hypothesis, before);
-        let p = information.nrows();
-        let inverse = (information + DMatrix::from_diagonal_element(p, p, 1e-9)).try_inverse();
+        let p = parent.hypothesis.inner().len();
         let mut best = f64::NEG_INFINITY;
-        for (_, moved) in &self.moved[which] {
+        for (_, moved) in &screen.moved[which] {
             let mut residuals = Vec::with_capacity(points.len());
             let mut effect = Vec::with_capacity(points.len());
-            for (point, residual) in points.iter().zip(&before.residuals) {
-                let (plain, moved) = (self.plain[point.index], moved[point.index]);
+            for (point, residual) in points.iter().zip(&before.left.residuals) {
+                let (plain, moved) = (screen.plain[point.index], moved[point.index]);
                 residuals.push(match (plain, moved, residual) {
                     (Some(plain), Some(moved), Some(r)) => Some(r - (moved - plain)),
                     (_, Some(moved), None) => Some(point.ln_f - moved),
@@ -122,16 +138,16 @@ impl Screen {
             let residuals = decorrelation.of_residuals(&residuals);
             let mut along = DVector::zeros(p);
             let (mut product, mut square) = (0.0, 0.0);
-            for (i, (&s, r)) in effect.iter().zip(&before.innovations).enumerate() {
+            for (i, (&s, r)) in effect.iter().zip(&before.left.innovations).enumerate() {
                 let Some(r) = r else { continue };
                 product += weights[i] * s * r;
                 square += weights[i] * s * s;
-                for k in 0..p {
-                    along[k] += weights[i] * s * before.slopes[i][k];
+                for (along, slope) in along.iter_mut().zip(&before.left.slopes[i]) {
+                    *along += weights[i] * s * slope;
                 }
             }
             best = best.max(noise(points, &residuals).ln_likelihood - before.noise.ln_likelihood);
-            if let Some(inverse) = &inverse {
+            if let Some(inverse) = inverse {
                 square -= (along.transpose() * inverse * &along)[(0, 0)];
             }
             if square > 1e-9 {

@@ -5,6 +5,7 @@
 
 mod triangle;
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::ptr;
 
@@ -159,20 +160,22 @@ fn effect_near(
     let mut hypothesis = model.hypothesis.clone();
     hypothesis.effects.retain(|(other, _)| !other.same_place(candidate));
     let without = if hypothesis.effects.len() == effects.len() {
-        model.evaluation.clone()
+        Cow::Borrowed(&model.evaluation.left)
     } else {
-        problem.evaluate(&hypothesis, false)?
+        Cow::Owned(problem.left_by(&hypothesis, 0)?)
     };
     let (at, with, first) = match effects.iter().position(|(other, _)| ptr::eq(*other, candidate)) {
         Some(i) => {
             let first = effects[..i].iter().map(|(_, inner)| inner.len()).sum::<usize>();
-            (effects[i].1.clone(), model.evaluation.clone(), first)
+            (effects[i].1.clone(), Cow::Borrowed(&model.evaluation.left), first)
         }
         None => {
             let at = screen.typical_start(which)?;
             let first = hypothesis.inner().len();
             hypothesis.effects.push((candidate, at.clone()));
-            (at, problem.evaluate(&hypothesis, candidate.parameters.len() > 1)?, first)
+            let slopes = if candidate.parameters.len() > 1 { usize::MAX } else { 0 };
+            let left = problem.left_by(&hypothesis, slopes)?;
+            (at, Cow::Owned(left), first)
         }
     };
     let both = without.innovations.iter().zip(&with.innovations);
@@ -204,7 +207,8 @@ impl<'c> Linear<'c> {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut expected = Vec::new();
         // What has to be explained: what the model leaves, and what its causes do.
-        let mut rest: Vec<f64> = evaluation.innovations.iter().map(|r| r.unwrap_or(0.0)).collect();
+        let mut rest: Vec<f64> =
+            evaluation.left.innovations.iter().map(|r| r.unwrap_or(0.0)).collect();
         for (candidate, effect) in candidates.iter().zip(effects) {
             let Some((at, own)) = effect else { continue };
             if model.hypothesis.effects.iter().any(|(other, _)| ptr::eq(*other, candidate)) {

@@ -115,7 +115,7 @@ impl<'c> Question<'_, 'c> {
         let problem = Problem { description: self.description, data: all };
         let scale = fit.evaluation.noise.scale;
         let Some(evaluation) = problem.evaluate(&fit.hypothesis, false) else { return false };
-        let off = all.points.iter().zip(&evaluation.residuals);
+        let off = all.points.iter().zip(&evaluation.left.residuals);
         let off = off.filter(|(point, _)| all.rows[point.row].index == index);
         let off: Vec<f64> = off
             .filter_map(|(p, r)| Some(r.as_ref()? / (scale * p.unit).hypot(p.rounding.sqrt())))
@@ -143,7 +143,7 @@ impl<'c> Question<'_, 'c> {
             // A shape that takes the place of a cause is held against the cause alone.
             let takes_a_place = from.hypothesis.effects.len() < best.2.best.causes();
             let better_by = if takes_a_place { 0.0 } else { SHAPE_BETTER_BY };
-            let shape = shape_of(&data, &from.evaluation.residuals, better_by);
+            let shape = shape_of(&data, &from.evaluation.left.residuals, better_by);
             let Some(shape) = shape else { continue };
             if tried.contains(&shape) || round == 3 && shape.drift == 0.0 {
                 continue;
@@ -204,7 +204,8 @@ pub(super) fn worst(
     /// No row of a table of some size has more of its noise than this.
     const SHARE_OF_ONE: f64 = 0.5;
     let off = |row: usize, scale: f64| -> Vec<f64> {
-        let points = data.points.iter().zip(&evaluation.residuals).filter(|(p, _)| p.row == row);
+        let points =
+            data.points.iter().zip(&evaluation.left.residuals).filter(|(p, _)| p.row == row);
         points
             .filter_map(|(p, r)| Some(r.as_ref()? / (scale * p.unit).hypot(p.rounding.sqrt())))
             .collect()
@@ -213,7 +214,7 @@ pub(super) fn worst(
         let others: Vec<Option<f64>> = data
             .points
             .iter()
-            .zip(&evaluation.residuals)
+            .zip(&evaluation.left.residuals)
             .map(|(point, r)| r.filter(|_| point.row != row))
             .collect();
         let off = off(row, noise(&data.points, &others).scale);

@@ -40,7 +40,7 @@ pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structur
             found
         }
     };
-    let n = fit.evaluation.residuals.iter().flatten().count() as f64;
+    let n = fit.evaluation.left.residuals.iter().flatten().count() as f64;
     let clearest = found
         .iter()
         .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)))?;
@@ -98,18 +98,23 @@ impl<'d> Whitened<'d> {
         let mut taken: Vec<Vec<f64>> = Vec::new();
         for k in 0..parameters {
             let column = (0..data.points.len())
-                .map(|i| evaluation.slopes[i].get(k).copied().unwrap_or(0.0) * roots[i])
+                .map(|i| evaluation.left.slopes[i].get(k).copied().unwrap_or(0.0) * roots[i])
                 .collect();
             orthonormal(column, &mut taken);
         }
-        let mut residual: Vec<f64> =
-            evaluation.innovations.iter().zip(&roots).map(|(r, w)| r.unwrap_or(0.0) * w).collect();
+        let mut residual: Vec<f64> = evaluation
+            .left
+            .innovations
+            .iter()
+            .zip(&roots)
+            .map(|(r, w)| r.unwrap_or(0.0) * w)
+            .collect();
         for q in &taken {
             let along = dot(q, &residual);
             residual.iter_mut().zip(q).for_each(|(r, q)| *r -= along * q);
         }
         let square = dot(&residual, &residual);
-        let count = evaluation.residuals.iter().flatten().count();
+        let count = evaluation.left.residuals.iter().flatten().count();
         let decorrelation = &data.decorrelation;
         Self { decorrelation, roots, taken, residual, square, count }
     }
@@ -418,7 +423,7 @@ mod tests {
         let problem = Problem { description: &description, data: &data };
         let exact = problem.optimise(Hypothesis::default()).unwrap();
         let mut noisy = data.clone();
-        let points = noisy.points.iter_mut().zip(&exact.evaluation.residuals);
+        let points = noisy.points.iter_mut().zip(&exact.evaluation.left.residuals);
         for (i, (point, off)) in points.enumerate() {
             point.ln_f += 0.004 * (2.399 * (i + 1) as f64).sin() - off.unwrap();
         }

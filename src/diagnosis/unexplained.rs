@@ -75,7 +75,7 @@ pub(super) fn as_far_off_as_the_middle(offset: f64, unexplained: &mut Unexplaine
 /// nothing explains that error: what springs and masses took of it says nothing elsewhere.
 pub(super) fn as_far_off_as_seen(data: &Data, baseline: &Fit<'_>, unexplained: &mut Unexplained) {
     let scatter = |mode: usize| {
-        let points = data.points.iter().zip(&baseline.evaluation.residuals);
+        let points = data.points.iter().zip(&baseline.evaluation.left.residuals);
         let own = points.filter(|(point, _)| point.column == mode).filter_map(|(_, r)| *r);
         let own: Vec<f64> = own.collect();
         let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;

@@ -145,7 +145,7 @@ fn frequencies(
     hypothesis: &Hypothesis<'_>,
     data: &Data,
 ) -> Option<Vec<Vec<f64>>> {
-    let rows = predict(description, hypothesis, data, false)?;
+    let rows = predict(description, hypothesis, data, 0)?;
     Some(rows.iter().map(|row| row.iter().map(|frequency| frequency.ln_hz).collect()).collect())
 }
 

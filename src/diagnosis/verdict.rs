@@ -81,7 +81,7 @@ impl Judged {
         // A robust level knows nothing of the frequencies that are far off.
         let largest = 2.0 * MAX_NOISE_OF_MODE.max(most);
         let of_mode = |mode: usize| {
-            let own = data.points.iter().zip(&choice.baseline.evaluation.innovations);
+            let own = data.points.iter().zip(&choice.baseline.evaluation.left.innovations);
             own.filter(move |(point, _)| point.column == mode).map(|(_, r)| r)
         };
         let is_far_off = |mode: usize| rms(of_mode(mode)) > largest;
@@ -104,7 +104,7 @@ impl Judged {
         let shape_is_better = baseline.as_ref().is_some_and(|s| {
             log_evidence_before + s.best_log_evidence > choice.best.log_evidence + SHAPE_BETTER_BY
         });
-        let square = |fit: &Fit<'_>| rms(fit.evaluation.innovations.iter()).powi(2);
+        let square = |fit: &Fit<'_>| rms(fit.evaluation.left.innovations.iter()).powi(2);
         let explained = 1.0 - square(&choice.best.fit) / square(&choice.baseline).max(1e-300);
         // What is too large for noise is not explained, whether it shows a shape or none.
         let is_left =
@@ -177,9 +177,9 @@ fn taken_by_drift(data: &Data, fit: &Fit<'_>) -> Vec<Option<f64>> {
     }
     // What the map takes out beyond that of the same shape without drift.
     let still = data.shaped(NoiseShape { drift: 0.0, ..data.shape.clone() });
-    let residuals = &fit.evaluation.residuals;
+    let residuals = &fit.evaluation.left.residuals;
     let kept = still.decorrelation.of_residuals(residuals);
-    let both = kept.iter().zip(&fit.evaluation.innovations);
+    let both = kept.iter().zip(&fit.evaluation.left.innovations);
     both.map(|(kept, left)| Some((*kept)? - (*left)?)).collect()
 }
 
@@ -200,7 +200,7 @@ mod tests {
         let is_noise = |sides: [f64; 2]| {
             let mut table = data(60);
             let problem = Problem { description: &description, data: &table };
-            let off = problem.evaluate(&Hypothesis::default(), false).unwrap().residuals;
+            let off = problem.evaluate(&Hypothesis::default(), false).unwrap().left.residuals;
             for (point, off) in table.points.iter_mut().zip(off) {
                 let (row, column) = (point.row, point.column);
                 // Golden ratio: as good as random, and even.

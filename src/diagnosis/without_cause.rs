@@ -20,7 +20,7 @@ pub(super) fn without_cause(
     joints: &[(String, bool)],
     seed: u64,
 ) -> Option<WithoutCause> {
-    let residuals = &baseline.evaluation.residuals;
+    let residuals = &baseline.evaluation.left.residuals;
     let axes = axes(data, joints);
     let (fold_of, folds) = folds_of(data, seed);
     let fitted = |keep: &(dyn Fn(usize) -> bool + Sync)| -> Vec<Option<Process>> {
@@ -116,7 +116,7 @@ mod tests {
         }
         let plain = Problem { description: &description, data: &data };
         let plain = plain.evaluate(&Hypothesis::default(), false).unwrap();
-        for (point, residual) in data.points.iter_mut().zip(plain.residuals) {
+        for (point, residual) in data.points.iter_mut().zip(plain.left.residuals) {
             point.ln_f += size * effect(point.column, &data.rows[point.row].q)
                 + noise * normal(rng)
                 - residual.unwrap();

@@ -236,13 +236,13 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
             let shifted = |by: f64| {
                 let mut inner = inner.clone();
                 inner[k] += by;
-                problem.evaluate(&at(inner), false).unwrap().residuals
+                problem.evaluate(&at(inner), false).unwrap().left.residuals
             };
             let (below, above) = (shifted(-1e-5), shifted(1e-5));
             for i in 0..data.points.len() {
                 // The residual falls where the prediction rises.
                 let difference = (below[i].unwrap() - above[i].unwrap()) / 2e-5;
-                let slope = here.slopes[i][k];
+                let slope = here.left.slopes[i][k];
                 let error = (slope - difference).abs();
                 assert!(
                     error < 1e-6 + 1e-4 * difference.abs(),
@@ -257,7 +257,7 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
 /// Puts into the table what an arm with these causes shows.
 fn measured_on(description: &Description, truth: &Hypothesis<'_>, data: &mut Data) {
     let shown = Problem { description, data }.evaluate(truth, false).unwrap();
-    for (point, residual) in data.points.iter_mut().zip(shown.residuals) {
+    for (point, residual) in data.points.iter_mut().zip(shown.left.residuals) {
         point.ln_f -= residual.unwrap();
     }
 }
@@ -326,7 +326,7 @@ fn a_folded_mode_takes_its_place() {
     let seen = problem.evaluate(&Hypothesis { effects: vec![(&aliased, vec![])] }, false).unwrap();
     for row in 0..4 {
         let of = |e: &Evaluation| -> Vec<f64> {
-            (0..3).map(|m| (3.0 - e.residuals[3 * row + m].unwrap()).exp()).collect()
+            (0..3).map(|m| (3.0 - e.left.residuals[3 * row + m].unwrap()).exp()).collect()
         };
         let mut expected = of(&plain);
         assert!(expected[2] > 20.0, "{expected:?}");

@@ -1,7 +1,5 @@
 //! The reduced tree: links that never move against each other become one body.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use nalgebra::{Isometry3, Point3, Unit};
 
 use super::checks::has_direction;
@@ -16,9 +14,9 @@ use crate::model::robot::{Coordinate, MovingJoint, Node, NodeMotion, PlacedMesh,
 pub(super) struct Bodies<'a> {
     pub(super) description: &'a Description,
     pub(super) tree: &'a Tree,
-    /// Links between base (excluded) and tip (included).
-    pub(super) chain: &'a BTreeSet<usize>,
-    pub(super) extras_of: &'a BTreeMap<usize, Vec<usize>>,
+    /// By link: whether it is between base (excluded) and tip (included).
+    pub(super) chain: &'a [bool],
+    pub(super) extras_of: &'a [Vec<usize>],
     pub(super) payload_link: Option<usize>,
     pub(super) nodes: Vec<Node>,
     pub(super) bodies: Vec<UncertainBody>,
@@ -50,11 +48,11 @@ impl Bodies<'_> {
         let spring = above.and_then(|(_, _, j)| {
             description.elastic_joints.iter().find(|s| s.joint == description.joints[j].name)
         });
-        let has_extras = self.extras_of.contains_key(&link);
+        let has_extras = !self.extras_of[link].is_empty();
         let place = match above {
             None => (self.open_node(None, Isometry3::identity()), Isometry3::identity()),
             Some((parent, offset, j)) => {
-                let sets_pose = self.chain.contains(&link) && description.joints[j].kind.moves();
+                let sets_pose = self.chain[link] && description.joints[j].kind.moves();
                 let offset = if sets_pose { offset } else { offset * self.held(j) };
                 if sets_pose || spring.is_some() || has_extras {
                     let node = self.open_node(Some(parent), offset);
@@ -73,7 +71,7 @@ impl Bodies<'_> {
             let spring = self.spring(spring, &description.joints[j], link, node);
             self.coordinates.push(spring);
         }
-        for &index in self.extras_of.get(&link).into_iter().flatten() {
+        for &index in &self.extras_of[link] {
             let is_hung = description.links[link].is_hung;
             let extra = self.extra(&description.extra[index], node, is_hung);
             self.coordinates.push(extra);

@@ -1,6 +1,6 @@
 //! Checks of a description that need no tree: mass properties, axes, springs, drives.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -35,7 +35,7 @@ impl<'d> Builder<'d> {
                     self.error(Code::Inertia, Part::Link(link.name.clone()), key, what);
                 }
             }
-            self.check_std(link.std, Part::Link(link.name.clone()));
+            self.check_std(link.std, || Part::Link(link.name.clone()));
         }
         if let Some(payload) = &self.description.payload {
             for (key, what) in inertial_faults(&payload.inertial) {
@@ -102,14 +102,16 @@ impl<'d> Builder<'d> {
 
     fn check_elastic_joints(&mut self) {
         let description = self.description;
-        let joints: BTreeMap<&str, JointKind> =
-            description.joints.iter().map(|j| (j.name.as_str(), j.kind)).collect();
-        let moving = self.moving();
+        let kind_of = |name: &str| {
+            let found = description.joints.iter().find(|joint| joint.name == name);
+            found.map(|joint| joint.kind)
+        };
         for spring in &description.elastic_joints {
             let part = || Part::ElasticJoint(spring.joint.clone());
-            match joints.get(spring.joint.as_str()) {
+            match kind_of(&spring.joint) {
                 None => {
-                    let what = format!("the URDF has no such joint; it has {}", listed(&moving));
+                    let moving = listed(&self.moving());
+                    let what = format!("the URDF has no such joint; it has {moving}");
                     self.error(Code::Reference, part(), "", what);
                 }
                 Some(kind) if !kind.moves() => {
@@ -118,7 +120,7 @@ impl<'d> Builder<'d> {
                     self.error(Code::Reference, part(), "", what);
                 }
                 Some(kind) => {
-                    let slides = *kind == JointKind::Prismatic;
+                    let slides = kind == JointKind::Prismatic;
                     if slides != spring.is_linear {
                         let (has, needs) = if slides {
                             ("stiffness_nm_per_rad", "stiffness_n_per_m, as the joint is prismatic")
@@ -141,7 +143,7 @@ impl<'d> Builder<'d> {
             if let Some(what) = damping_fault(spring.damping) {
                 self.error(Code::Value, part(), "damping_ratio", what);
             }
-            self.check_std(spring.std, part());
+            self.check_std(spring.std, part);
         }
     }
 
@@ -162,44 +164,45 @@ impl<'d> Builder<'d> {
             if let Some(what) = damping_fault(extra.damping) {
                 self.error(Code::Value, part(), "damping_ratio", what);
             }
-            self.check_std(extra.std, part());
+            self.check_std(extra.std, part);
         }
     }
 
     /// A standard deviation of a logarithm beyond 1 says that nothing is known.
-    fn check_std(&mut self, std: Option<f64>, part: Part) {
+    fn check_std(&mut self, std: Option<f64>, part: impl FnOnce() -> Part) {
         if let Some(std) = std.filter(|std| !(0.0..=1.0).contains(std)) {
             let percent = percent_from_ratio(std);
             let what = format!("std_percent is {percent}, must lie between 0 (exact) and 100");
-            self.error(Code::Value, part, "std_percent", what);
+            self.error(Code::Value, part(), "std_percent", what);
         }
     }
 
     /// Elastic coordinates have names of their own.
     fn check_names(&mut self) {
         let description = self.description;
-        let mut names = BTreeSet::new();
-        for (part, name) in description
-            .elastic_joints
-            .iter()
-            .map(|s| (Part::ElasticJoint(s.joint.clone()), &s.joint))
-            .chain(description.extra.iter().enumerate().map(|(i, e)| (Part::Extra(i), &e.name)))
-        {
-            if !names.insert(name) {
-                let what = format!("name '{name}' is taken by another elastic coordinate");
-                self.error(Code::Conflict, part, "name", what);
-            }
+        let springs = description.elastic_joints.iter().map(|spring| &spring.joint);
+        let names: Vec<&String> =
+            springs.chain(description.extra.iter().map(|extra| &extra.name)).collect();
+        // There are no more than a hundred.
+        for (i, name) in names.iter().enumerate().filter(|(i, name)| names[..*i].contains(name)) {
+            let part = match i.checked_sub(description.elastic_joints.len()) {
+                None => Part::ElasticJoint((*name).clone()),
+                Some(extra) => Part::Extra(extra),
+            };
+            let what = format!("name '{name}' is taken by another elastic coordinate");
+            self.error(Code::Conflict, part, "name", what);
         }
     }
 
     fn check_drives(&mut self) {
         let description = self.description;
-        let moving = self.moving();
         let mut driven = BTreeSet::new();
         for drive in &description.drives {
             let part = || Part::Drive(drive.joint.clone());
-            if !moving.contains(&drive.joint.as_str()) {
-                let what = format!("the URDF has no such moving joint; it has {}", listed(&moving));
+            let mut moving = description.joints.iter().filter(|joint| joint.kind.moves());
+            if !moving.any(|joint| joint.name == drive.joint) {
+                let moving = listed(&self.moving());
+                let what = format!("the URDF has no such moving joint; it has {moving}");
                 self.error(Code::Reference, part(), "", what);
             }
             if !driven.insert(&drive.joint) {
@@ -217,7 +220,7 @@ impl<'d> Builder<'d> {
                 let what = "has no effect, as the joint is rigid";
                 self.warning(Code::Unused, part(), "reflected_inertia_kgm2", what);
             }
-            self.check_std(drive.std, part());
+            self.check_std(drive.std, part);
         }
     }
 }

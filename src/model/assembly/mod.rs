@@ -5,8 +5,6 @@ mod bodies;
 mod checks;
 mod tree;
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use nalgebra::Isometry3;
 
 use self::bodies::Bodies;
@@ -143,8 +141,8 @@ impl<'a> Builder<'a> {
             );
             return None;
         };
-        let chain: BTreeSet<usize> = tree.path_to(last).into_iter().collect();
-        if moving.iter().any(|link| !chain.contains(link)) {
+        let chain = self.marked(&tree.path_to(last));
+        if moving.iter().any(|&link| !chain[link]) {
             let what = "the moving joints branch, so the tip link must be named with 'tip'";
             self.error(Code::Tree, Part::Tip, "tip", what);
             return None;
@@ -152,8 +150,8 @@ impl<'a> Builder<'a> {
         Some(last)
     }
 
-    /// Links between base (excluded) and tip (included).
-    fn chain(&mut self, tree: &Tree, base: usize, tip: usize) -> Option<BTreeSet<usize>> {
+    /// By link: whether it is between base (excluded) and tip (included).
+    fn chain(&mut self, tree: &Tree, base: usize, tip: usize) -> Option<Vec<bool>> {
         let description = self.description;
         let chain = tree.path_to(tip);
         let Some(start) = chain.iter().position(|&link| link == base) else {
@@ -164,8 +162,8 @@ impl<'a> Builder<'a> {
             self.error(Code::Tree, Part::Tip, "tip", what);
             return None;
         };
-        let chain: BTreeSet<usize> = chain[start + 1..].iter().copied().collect();
-        for &link in &chain {
+        let chain = self.marked(&chain[start + 1..]);
+        for link in (0..chain.len()).filter(|&link| chain[link]) {
             let Some(joint) = tree.parent_joint[link].map(|j| &description.joints[j]) else {
                 continue;
             };
@@ -194,15 +192,22 @@ impl<'a> Builder<'a> {
         Some(chain)
     }
 
+    /// By link: whether it is one of these.
+    fn marked(&self, links: &[usize]) -> Vec<bool> {
+        let mut marked = vec![false; self.description.links.len()];
+        links.iter().for_each(|&link| marked[link] = true);
+        marked
+    }
+
     /// Indices of the extra coordinates of each link that the base carries.
-    fn extras_of(&mut self, carried: &BTreeSet<usize>) -> BTreeMap<usize, Vec<usize>> {
-        let mut extras_of: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    fn extras_of(&mut self, carried: &[bool]) -> Vec<Vec<usize>> {
+        let mut extras_of = vec![Vec::new(); carried.len()];
         for (i, extra) in self.description.extra.iter().enumerate() {
             let Some(link) = self.link_index(Part::Extra(i), "link", &extra.link) else {
                 continue;
             };
-            if carried.contains(&link) {
-                extras_of.entry(link).or_default().push(i);
+            if carried[link] {
+                extras_of[link].push(i);
             } else {
                 let what =
                     format!("link '{}' lies outside the base's part of the tree", extra.link);
@@ -235,12 +240,12 @@ impl<'a> Builder<'a> {
             None => self.default_tip(tree, base)?,
         };
         let chain = self.chain(tree, base, tip)?;
-        let carried: BTreeSet<usize> = tree.from(base).into_iter().collect();
+        let carried = self.marked(&tree.from(base));
         let extras_of = self.extras_of(&carried);
         let payload_link = match &description.payload {
             Some(payload) => {
                 let link = self.link_index(Part::Payload, "link", &payload.link)?;
-                if !carried.contains(&link) {
+                if !carried[link] {
                     let what =
                         format!("link '{}' lies outside the base's part of the tree", payload.link);
                     self.error(Code::Tree, Part::Payload, "link", what);
@@ -280,9 +285,7 @@ impl<'a> Builder<'a> {
 
         let couplings = couplings(description, &coordinates);
         let carriers = carriers(&nodes, &coordinates);
-        let tip_carriers = (0..coordinates.len())
-            .filter(|&i| ancestors(&nodes, tip_node).any(|node| node == coordinates[i].node))
-            .collect();
+        let tip_carriers = carriers_of(&nodes, tip_node);
         Some(Robot {
             name: description.name.clone(),
             beta1: self.angle_form("beta1", description.beta1.as_ref(), &joints),
@@ -312,9 +315,7 @@ impl<'a> Builder<'a> {
     /// A coordinate that carries no inertia at all has no finite frequency at any pose.
     fn check_carried_mass(&mut self, nodes: &[Node], coordinates: &[Coordinate]) {
         for coordinate in coordinates {
-            let carries_inertia = (0..nodes.len())
-                .filter(|&n| ancestors(nodes, n).any(|a| a == coordinate.node))
-                .any(|n| nodes[n].body.mass_kg > 0.0);
+            let carries_inertia = nodes[coordinate.node].subtree_mass_kg > 0.0;
             if carries_inertia || coordinate.drive_inertia > 0.0 {
                 continue;
             }
@@ -341,8 +342,8 @@ impl<'a> Builder<'a> {
     ) {
         for (link, place) in self.description.links.iter().zip(place_of) {
             let Some((node, _)) = place else { continue };
-            let vibrates = ancestors(nodes, *node).any(|a| !nodes[a].coordinates.is_empty());
-            if !vibrates || link.inertial.is_some() {
+            let vibrates = || ancestors(nodes, *node).any(|a| !nodes[a].coordinates.is_empty());
+            if link.inertial.is_some() || !vibrates() {
                 continue;
             }
             let is_moved =
@@ -418,17 +419,21 @@ fn moving_mass_kg(nodes: &[Node]) -> f64 {
 
 /// For each coordinate, those that carry it, itself last.
 fn carriers(nodes: &[Node], coordinates: &[Coordinate]) -> Vec<Vec<usize>> {
-    coordinates
-        .iter()
-        .enumerate()
-        .map(|(j, coordinate)| {
-            (0..=j)
-                .filter(|&i| {
-                    ancestors(nodes, coordinate.node).any(|node| node == coordinates[i].node)
-                })
-                .collect()
-        })
-        .collect()
+    let own = coordinates.iter().enumerate().map(|(j, coordinate)| {
+        let mut carriers = carriers_of(nodes, coordinate.node);
+        // Those of its own node that come after it are carried by it.
+        carriers.retain(|&i| i <= j);
+        carriers
+    });
+    own.collect()
+}
+
+/// The coordinates that move a node, ascending.
+fn carriers_of(nodes: &[Node], node: usize) -> Vec<usize> {
+    let mut carriers: Vec<usize> =
+        ancestors(nodes, node).flat_map(|above| nodes[above].coordinates.clone()).collect();
+    carriers.sort_unstable();
+    carriers
 }
 
 /// The springs that the corrections couple, each with that of the elastic joint before.

@@ -1,6 +1,6 @@
 //! Who carries whom, by index into a description.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::Builder;
 use crate::notes::{Code, Part};
@@ -14,6 +14,28 @@ pub(super) struct Tree {
     pub(super) parent_link: Vec<usize>,
     pub(super) child_link: Vec<usize>,
     pub(super) root: usize,
+}
+
+/// Names with their places in a list, in order of the names.
+struct Names<'d>(Vec<(&'d str, usize)>);
+
+impl<'d> Names<'d> {
+    fn of(names: impl Iterator<Item = &'d str>) -> Self {
+        let mut names: Vec<_> = names.enumerate().map(|(place, name)| (name, place)).collect();
+        names.sort_unstable();
+        Self(names)
+    }
+
+    /// Where a name is first.
+    fn place(&self, name: &str) -> Option<usize> {
+        let at = self.0.partition_point(|(other, _)| *other < name);
+        self.0.get(at).filter(|(found, _)| *found == name).map(|(_, place)| *place)
+    }
+
+    /// Where names are that stand before, as well.
+    fn repeated(&self) -> BTreeSet<usize> {
+        self.0.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1).collect()
+    }
 }
 
 impl Builder<'_> {
@@ -38,28 +60,23 @@ impl Builder<'_> {
     fn relations(&mut self) -> Option<Tree> {
         let description = self.description;
         let before = self.errors.len();
-        let mut index = BTreeMap::new();
-        for (i, link) in description.links.iter().enumerate() {
-            if index.insert(link.name.as_str(), i).is_some() {
-                self.error(
-                    Code::Conflict,
-                    Part::Link(link.name.clone()),
-                    "name",
-                    "name is taken by another link",
-                );
-            }
+        let links = Names::of(description.links.iter().map(|link| link.name.as_str()));
+        for i in links.repeated() {
+            let link = Part::Link(description.links[i].name.clone());
+            self.error(Code::Conflict, link, "name", "name is taken by another link");
         }
-        let mut names = BTreeSet::new();
+        let joints = Names::of(description.joints.iter().map(|joint| joint.name.as_str()));
+        let repeated = joints.repeated();
         let mut parent_joint = vec![None; description.links.len()];
         let mut child_joints = vec![Vec::new(); description.links.len()];
         let (mut parent_link, mut child_link) = (Vec::new(), Vec::new());
         for (j, joint) in description.joints.iter().enumerate() {
             let part = || Part::Joint(joint.name.clone());
-            if !names.insert(joint.name.as_str()) {
+            if repeated.contains(&j) {
                 self.error(Code::Conflict, part(), "name", "name is taken by another joint");
             }
-            let parent = index.get(joint.parent.as_str()).copied();
-            let child = index.get(joint.child.as_str()).copied();
+            let parent = links.place(&joint.parent);
+            let child = links.place(&joint.child);
             for (key, name, found) in
                 [("parent", &joint.parent, parent), ("child", &joint.child, child)]
             {
