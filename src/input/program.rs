@@ -13,6 +13,7 @@ use super::raw::job as raw;
 use super::waypoints::{FromPrograms, OperationContext, PathMoves, ProgramSays};
 use crate::formats::text::read_bytes;
 use crate::formats::yaml::{Node, Step};
+use crate::model::{JointKind, Robot};
 use crate::motion::{MechanicalUnit, UnitAxis};
 use crate::notes::{Code, Note, Notes};
 use crate::program::{
@@ -238,6 +239,12 @@ fn companions(
     Some(found)
 }
 
+/// The joints that slide.
+fn sliding(robot: &Robot) -> Vec<usize> {
+    let joints = robot.joints().iter().enumerate();
+    joints.filter(|(_, joint)| joint.kind == JointKind::Prismatic).map(|(i, _)| i).collect()
+}
+
 /// What the job says beside the program; `None` where there are faults.
 fn settings(
     context: &OperationContext<'_>,
@@ -254,6 +261,7 @@ fn settings(
         feed_m_per_s: context.feed_m_per_s,
         rapid_m_per_s: RAPID_M_PER_S,
         joint_count: context.robot?.joints().len(),
+        sliding: sliding(context.robot?),
         spindle_from: raw.spindle_from.as_ref().and_then(|from| {
             let raw::SpindleFrom { signal, procedure, argument, comment, rpm_per_unit } = from;
             let what = [signal, procedure, comment];

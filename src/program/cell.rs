@@ -11,7 +11,7 @@ use super::span::Span;
 use super::{ExternalAxis, SetBy, Setter, Settings, Spindle, tool_number};
 use crate::motion::{MechanicalUnit, UnitAxis, UnitMove, Work};
 use crate::notes::Code;
-use crate::units::{m_from_mm, rad_from_deg};
+use crate::units::{deg_from_rad, m_from_mm, rad_from_deg};
 
 /// Joints that a robot's own program has.
 const ROBOT_AXES: usize = 6;
@@ -75,6 +75,8 @@ pub(super) struct External {
     /// Joints by the axis's name, as the job maps them.
     joints: Vec<(String, ExternalAxis)>,
     joint_count: usize,
+    /// See [`Settings::sliding`].
+    sliding: Vec<usize>,
     /// Where each axis is: rad or m where it is a joint, else as the program has it.
     at: HashMap<String, f64>,
     /// What was said of an axis that moves: the same at every move, so that it is one error.
@@ -92,6 +94,7 @@ impl External {
         Self {
             joints: joints.map(|(name, index)| (name.clone(), *index)).collect(),
             joint_count: settings.joint_count,
+            sliding: settings.sliding.clone(),
             at: HashMap::new(),
             told: HashMap::new(),
             given: Default::default(),
@@ -220,7 +223,14 @@ impl External {
         let mut found = Vec::with_capacity(self.joint_count);
         for index in 0..self.joint_count {
             match self.joints.iter().find(|(_, axis)| axis.joint == index) {
-                None => found.extend(arm.next()),
+                None => {
+                    let slides = self.sliding.contains(&index);
+                    let own = arm.next().map(|position| *position);
+                    found.extend(own.map(|position| match slides {
+                        true => m_from_mm(deg_from_rad(position)),
+                        false => position,
+                    }));
+                }
                 Some((name, _)) => {
                     let value = self.at.get(name);
                     found.push(*value.ok_or_else(|| {

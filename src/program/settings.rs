@@ -25,6 +25,8 @@ pub struct Settings {
     pub rapid_m_per_s: f64,
     /// Number of moving joints of the robot.
     pub joint_count: usize,
+    /// Those that slide, by index from base to tip: a program gives their positions in mm.
+    pub sliding: Vec<usize>,
     /// RAPID: where the program sets the spindle's speed, which the language has no word for.
     pub spindle_from: Option<SetBy>,
     /// Spindle speed that the job states for the whole program, rev/min.
@@ -70,6 +72,7 @@ impl Default for Settings {
             feed_m_per_s: None,
             rapid_m_per_s: RAPID_M_PER_S,
             joint_count: 0,
+            sliding: Vec::new(),
             spindle_from: None,
             spindle_rpm: None,
             tool_from: None,

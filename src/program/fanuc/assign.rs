@@ -2,9 +2,10 @@
 
 use super::motion::{elements, group_of};
 use super::position::{Held, JOINTS, element_of};
-use super::registers::{OF_A_GROUP, bare, brackets, split_outside, starts_with};
+use super::registers::OF_A_GROUP;
 use super::run::Run;
 use super::text::Group;
+use super::words::{bare, brackets, split_outside, starts_with};
 
 impl Run<'_> {
     /// Sets a position register or an element of one: what cannot be worked out is unknown.
@@ -126,12 +127,6 @@ impl Run<'_> {
 
     /// Where the arm is is known behind a move that stops at its end.
     fn is_at_target(&self, name: &str) -> Result<(), String> {
-        match (self.log.has_moved(), self.stops) {
-            (false, _) => Err(format!("{name} before the first move is known only at run time")),
-            (_, false) => {
-                Err(format!("{name} behind a move without FINE is known only at run time"))
-            }
-            _ => Ok(()),
-        }
+        self.stands.clone().map_err(|why| format!("{name} {why}"))
     }
 }

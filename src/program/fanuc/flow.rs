@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
-use super::registers::{names_asked, register, split_outside, starts_with};
-use super::run::{Run, SIGNALS, is_harmless};
+use super::registers::names_asked;
+use super::run::{BEHIND_ERROR, Run, SIGNALS, is_harmless};
 use super::text::Statement;
+use super::words::{register, split_outside, starts_with};
 use crate::notes::Code;
 
 impl<'a> Run<'a> {
@@ -18,7 +19,10 @@ impl<'a> Run<'a> {
         // A loop that is left is over.
         let statements = &self.source.statements;
         self.loops.retain(|(start, ..)| (*start..end_of_loop(statements, *start)).contains(&at));
-        if at < self.next && text.starts_with("JMP") && self.is_endless(at) {
+        if at < self.next && self.is_lost {
+            // Which way it goes is not known: the errors are all told.
+            self.next = self.source.statements.len();
+        } else if at < self.next && text.starts_with("JMP") && self.is_endless(at) {
             let what = "an endless loop: read once, without the move from its end back to its \
                         beginning";
             self.log.warning(Code::MotionLeftOut, line, what);
@@ -57,13 +61,14 @@ impl<'a> Run<'a> {
                     self.next = otherwise.ok().filter(|at| *at < end).unwrap_or(end);
                     Ok(())
                 }
-                Err(why) => Err(format!("IF decides about motion at run time: {why}")),
+                Err(why) => {
+                    let end = self.behind("ENDIF", &["IF"])?;
+                    self.leave_open(end, &why)
+                }
             };
         }
-        let parts = split_outside(rest, ",").or_else(|| rest.rsplit_once(','));
-        let (condition, action) = parts.ok_or("IF without an action")?;
+        let (condition, action) = action_of(rest).ok_or("IF without an action")?;
         let truth = self.registers.truth(condition);
-        let action = action.trim();
         match truth {
             Ok(false) => Ok(()),
             Ok(true) if starts_with(action, "JMP") || starts_with(action, "CALL") => {
@@ -86,9 +91,22 @@ impl<'a> Run<'a> {
             }
             Err(why) if self.forget_assigned(statement.line, action, &why) => Ok(()),
             // A signal that is set or not moves nothing.
-            Err(_) if is_harmless(action) => Ok(()),
-            Err(why) => Err(format!("IF decides about motion at run time: {why}")),
+            Err(why) if is_harmless(action) || ends(action) => {
+                self.may_do(statement, action, &why);
+                Ok(())
+            }
+            Err(why) => match self.label_ahead(action) {
+                Some(label) => self.leave_open(label, &why),
+                None => Err(decides(&why)),
+            },
         }
+    }
+
+    /// Where `JMP LBL[1]` goes on, if it passes over something.
+    fn label_ahead(&self, action: &str) -> Option<usize> {
+        let target = action.get(3..).filter(|_| starts_with(action, "JMP"))?.trim();
+        let (number, _) = self.registers.numbered(target, "LBL").ok()??;
+        self.labels.get(&number).copied().filter(|at| *at > self.next)
     }
 
     /// `SELECT R[1]=1,JMP LBL[1]` with the cases behind it, `=2,CALL x` and `ELSE,JMP LBL[9]`, each
@@ -164,7 +182,17 @@ impl<'a> Run<'a> {
                 (from, to, 1.0)
             }
         };
-        let (from, to) = (self.registers.value(from)?, self.registers.value(to)?);
+        let ends =
+            self.registers.value(from).and_then(|from| Ok((from, self.registers.value(to)?)));
+        let (from, to) = match ends {
+            Ok(ends) => ends,
+            Err(why) => {
+                // What stands in it is read once.
+                self.registers.set_unread(number, BEHIND_ERROR);
+                self.loops.push((self.next, number, f64::NAN, step));
+                return Err(why);
+            }
+        };
         self.registers.set(number, Ok(from));
         if (to - from) * step < 0.0 {
             self.next = self.behind("ENDFOR", &["FOR"])?;
@@ -174,16 +202,37 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    pub(super) fn end_for(&mut self) {
-        let Some(&(start, number, to, step)) = self.loops.last() else { return };
-        let at = self.registers.value(&format!("R[{number}]")).unwrap_or(to) + step;
-        if (to - at) * step < 0.0 {
-            self.loops.pop();
-        } else {
-            self.registers.set(number, Ok(at));
-            self.next = start;
+    pub(super) fn end_for(&mut self) -> Result<(), String> {
+        let Some(&(start, number, to, step)) = self.loops.last() else { return Ok(()) };
+        let at = self.registers.value(&format!("R[{number}]")).map(|at| at + step);
+        match at {
+            Ok(at) if (to - at) * step >= 0.0 => {
+                self.registers.set(number, Ok(at));
+                self.next = start;
+                Ok(())
+            }
+            at => {
+                self.loops.pop();
+                at.map(drop).map_err(|why| format!("ENDFOR decides about motion: {why}"))
+            }
         }
     }
+}
+
+/// `DI[1]=ON,JMP LBL[1]` behind IF: the condition and what is done.
+pub(super) fn action_of(rest: &str) -> Option<(&str, &str)> {
+    let parts = split_outside(rest, ",").or_else(|| rest.rsplit_once(','));
+    parts.map(|(condition, action)| (condition, action.trim()))
+}
+
+/// Whether a statement ends the program.
+pub(super) fn ends(text: &str) -> bool {
+    matches!(text, "END" | "ABORT")
+}
+
+/// That a branch which the run decides is not read.
+pub(super) fn decides(why: &str) -> String {
+    format!("IF decides about motion at run time: {why}")
 }
 
 /// Whether a statement may leave a part of the program.

@@ -4,7 +4,7 @@ use nalgebra::Isometry3;
 
 use super::motion::{pose, six};
 use super::position::{JOINTS, POSE};
-use super::run::Run;
+use super::run::{BEHIND_ERROR, Run};
 use super::text::Group;
 use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame};
@@ -20,7 +20,20 @@ impl Run<'_> {
         let found = self.registers.numbered(text, list)?;
         let (number, rest) = found.ok_or_else(|| format!("{list}[ and a number"))?;
         let number = u32::try_from(number).map_err(|_| format!("{list}[{number}]"))?;
-        let from = rest.trim_start().strip_prefix('=').map_or("", str::trim_start);
+        let known = self.frame_from(list, number, rest);
+        let unread = |_| Err(format!("{list}[{number}] {BEHIND_ERROR}"));
+        self.frames.insert((list, number), known.clone().or_else(unread));
+        known?;
+        if self.frame_of_job(list, number).is_some() {
+            let what = format!("the program sets {list}[{number}]: the job's is not used there");
+            self.log.warning(Code::FrameFromProgram, line, what);
+        }
+        Ok(())
+    }
+
+    /// What a frame is set to: `=PR[9]`.
+    fn frame_from(&self, list: &str, number: u32, text: &str) -> Result<Isometry3<f64>, String> {
+        let from = text.trim_start().strip_prefix('=').map_or("", str::trim_start);
         let from = self.registers.numbered(from, "PR")?;
         let Some((from, "")) = from.map(|(from, rest)| (from, rest.trim())) else {
             return Err(format!("{list}[{number}] is set to what is not PR[n]: not supported"));
@@ -28,15 +41,33 @@ impl Run<'_> {
         let group = self.registers.position(from).target(&format!("PR[{from}]"));
         let known = group
             .and_then(|group| six(&group, POSE)?.ok_or_else(|| format!("PR[{from}] holds joints")));
-        let known = known.map_err(|why| {
+        known.map(pose).map_err(|why| {
             format!("{list}[{number}] is set to PR[{from}], which is not known as a pose: {why}")
-        })?;
-        if self.frame_of_job(list, number).is_some() {
-            let what = format!("the program sets {list}[{number}]: the job's is not used there");
-            self.log.warning(Code::FrameFromProgram, line, what);
+        })
+    }
+
+    /// Tells where another may have chosen the frame or the tool in which a target counts that has
+    /// none of its own.
+    pub(super) fn tell_chosen(
+        &mut self,
+        line: usize,
+        name: &str,
+        group: &Group,
+        is_register: bool,
+    ) {
+        let are_joints = group.parts.contains_key(JOINTS[0]);
+        let has_own = |own: Option<u32>| own.is_some() && !is_register;
+        let lists = [
+            ("UFRAME", has_own(group.frame) || are_joints, &self.chosen_by[0]),
+            ("UTOOL", has_own(group.tool), &self.chosen_by[1]),
+        ];
+        for (list, has_own, by) in lists {
+            let Some(who) = by.as_ref().filter(|_| !has_own) else { continue };
+            let what = format!(
+                "{who} may choose another {list}: {name} is read in the one that was chosen before"
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
         }
-        self.frames.insert((list, number), pose(known));
-        Ok(())
     }
 
     /// Whether a taught point is of the frames that the program has chosen: the controller stops
@@ -44,16 +75,21 @@ impl Run<'_> {
     pub(super) fn frames_agree(&mut self, name: &str, group: &Group) -> Result<(), String> {
         // Joints need no frame.
         let frame = group.frame.filter(|_| !group.parts.contains_key(JOINTS[0]));
-        for (short, of_point, long, chosen) in
-            [("UF", frame, "UFRAME_NUM", self.frame), ("UT", group.tool, "UTOOL_NUM", self.tool)]
+        let of_point = [frame, group.tool];
+        for (at, short, long, chosen) in
+            [(0, "UF", "UFRAME_NUM", self.frame), (1, "UT", "UTOOL_NUM", self.tool)]
         {
-            if let (Some(own), Some(chosen)) = (of_point, chosen)
+            if let (Some(own), Some(chosen)) = (of_point[at], chosen)
                 && own != chosen
             {
                 return Err(format!(
                     "{name} has {short} : {own}, and {long} is {chosen} here: the controller stops \
                      with an alarm"
                 ));
+            }
+            // Under another than its own the controller would stop.
+            if of_point[at].is_some() {
+                self.chosen_by[at] = None;
             }
         }
         self.of_target = [frame.or(self.of_target[0]), group.tool.or(self.of_target[1])];
@@ -79,8 +115,8 @@ impl Run<'_> {
     }
 
     /// A frame that the program has set.
-    fn own_frame(&self, list: &'static str, number: u32) -> Option<Isometry3<f64>> {
-        self.frames.get(&(list, number)).copied()
+    fn own_frame(&self, list: &'static str, number: u32) -> Option<Result<Isometry3<f64>, String>> {
+        self.frames.get(&(list, number)).cloned()
     }
 
     /// A frame that the job gives by its number.
@@ -99,21 +135,21 @@ impl Run<'_> {
         number: i64,
     ) -> Result<Isometry3<f64>, String> {
         let known = u32::try_from(number).ok().and_then(|number| {
-            self.own_frame(list, number).or_else(|| self.frame_of_job(list, number))
+            self.own_frame(list, number).or_else(|| self.frame_of_job(list, number).map(Ok))
         });
         let key = if list == "UTOOL" { "tool_frames" } else { "base_frames" };
-        known.ok_or_else(|| {
-            format!(
+        known.unwrap_or_else(|| {
+            Err(format!(
                 "{list}[{number}] is in no file that is read; path.program.{key}: {{{number}: …}} \
                  in the job can give it"
-            )
+            ))
         })
     }
 
     /// The tool centre point of a tool in the tip frame.
     pub(super) fn tcp(&self, tool: u32) -> Result<Isometry3<f64>, String> {
         let own = self.own_frame("UTOOL", tool);
-        own.map_or_else(|| tool_frame(self.settings, f64::from(tool), "UTOOL"), Ok)
+        own.unwrap_or_else(|| tool_frame(self.settings, f64::from(tool), "UTOOL"))
     }
 
     /// Whether the program has set the tool itself.
@@ -127,6 +163,6 @@ impl Run<'_> {
             return Ok(self.settings.work_object.unwrap_or_default());
         };
         let own = self.own_frame("UFRAME", frame);
-        own.map_or_else(|| base_frame(self.settings, f64::from(frame), "UFRAME"), Ok)
+        own.unwrap_or_else(|| base_frame(self.settings, f64::from(frame), "UFRAME"))
     }
 }

@@ -3,9 +3,9 @@
 
 use std::collections::HashSet;
 
-use super::registers::{brackets, register, starts_with};
 use super::run::{Run, assignment, signal_key};
 use super::text::{Source, Statement, is_motion};
+use super::words::{brackets, register, starts_with};
 use crate::program::cell::all;
 use crate::program::spindle_names::{doubt, is_spindles};
 use crate::program::unread::behind;

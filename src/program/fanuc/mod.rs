@@ -13,10 +13,13 @@ mod flow;
 mod frames;
 mod hints;
 mod motion;
+mod open;
+mod others;
 mod position;
 mod registers;
 mod run;
 mod text;
+mod words;
 
 use super::Settings;
 use super::log::Log;

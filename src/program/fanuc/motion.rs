@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::position::{Held, JOINTS, POSE, axes, element_of};
-use super::registers::{outside, split_outside, starts_with};
-use super::run::Run;
+use super::run::{BEHIND_ERROR, Run, unstopped};
 use super::text::{Group, Statement};
+use super::words::{split_action, starts_with, word};
 use crate::motion::{Circle, Configuration, Target, Turning};
 use crate::notes::Code;
 use crate::program::cell::of_job_tcp;
@@ -54,7 +54,7 @@ struct Shift {
 impl Run<'_> {
     pub(super) fn motion(&mut self, statement: &Statement) -> Result<(), String> {
         // Until it is done, where the arm is is not known.
-        (self.stops, self.joints) = (false, None);
+        (self.stands, self.joints) = (Err(BEHIND_ERROR.to_owned()), None);
         let text = statement.text.trim_end();
         let start = text.len() - text.trim_start().len();
         let kind = text.get(start..=start).unwrap_or("");
@@ -78,6 +78,7 @@ impl Run<'_> {
             if !aim.is_register {
                 self.frames_agree(&aim.name, &aim.group)?;
             }
+            self.tell_chosen(statement.line, &aim.name, &aim.group, aim.is_register);
             self.place_axes(statement.line, &aim)?;
             let (place, tool) = self.resolve(statement.line, &aim.group)?;
             self.keep_config(statement.line, kind, &aim)?;
@@ -94,7 +95,7 @@ impl Run<'_> {
         if let (false, Some(group)) = (shift == Shift::default(), &last) {
             let base = self.base_of(group.frame.or(self.frame))?;
             let (false, [Place::Pose(place)]) = (kind == "A", places.as_mut_slice()) else {
-                return Err("an offset of an arc or of positions in joints is not read".to_owned());
+                return Err(unshifted(kind, &shift));
             };
             let [frame, tool] = [shift.frame, shift.tool].map(Translation3::from);
             *place = base * frame * base.inverse() * *place * tool;
@@ -123,7 +124,8 @@ impl Run<'_> {
             ("S", _) => return Err("S (spline) is not supported".to_owned()),
             _ => return Err("a line or arc to joint positions".to_owned()),
         }
-        self.stops = options.split_whitespace().any(|own| own.eq_ignore_ascii_case("FINE"));
+        let stops = options.split_whitespace().any(|own| own.eq_ignore_ascii_case("FINE"));
+        self.stands = if stops { Ok(()) } else { Err(unstopped("a move without FINE")) };
         self.joints = last.and_then(|group| six(&group, JOINTS).ok().flatten());
         for action in actions {
             self.act(statement, action);
@@ -140,6 +142,7 @@ impl Run<'_> {
         name: &str,
         behind: &str,
     ) -> Result<(), String> {
+        self.stands = Err(unstopped("a move to a place that is not in the program"));
         let behind = behind.trim_start();
         let options = behind.get(word(behind).len()..).unwrap_or("");
         let (_, actions) = self.options(statement.line, options)?;
@@ -387,6 +390,12 @@ impl Run<'_> {
             return Ok(Pace::Rapid);
         }
         let (number, unit) = speed(term)?;
+        if unit == "%" && kind != "J" {
+            return Err(format!(
+                "speed is {term}: % is a share of joint speed, which J alone takes; {kind} takes \
+                 mm/sec, cm/min, inch/min, deg/sec, sec or msec"
+            ));
+        }
         let value = match self.registers.value(number) {
             Ok(value) => value,
             Err(why) if kind != "J" => return self.unknown_speed(statement.line, &why),
@@ -575,6 +584,16 @@ impl Run<'_> {
     }
 }
 
+/// Why a shift is not read that is not of a J or an L to a pose.
+fn unshifted(kind: &str, shift: &Shift) -> String {
+    let own = if shift.tool == Vector3::zeros() { "Offset" } else { "Tool_Offset" };
+    match kind {
+        "A" => "an offset of an arc point (A) is not read".to_owned(),
+        "C" => format!("whether {own} of C shifts both of its points is not known: it is not read"),
+        _ => "an offset of a position in joints is not read".to_owned(),
+    }
+}
+
 /// The number of a speed and its unit; a speed by name may have none.
 fn speed(term: &str) -> Result<(&str, &'static str), String> {
     const UNITS: [&str; 7] = ["mm/sec", "cm/min", "inch/min", "deg/sec", "msec", "sec", "%"];
@@ -592,46 +611,6 @@ fn speed(term: &str) -> Result<(&str, &'static str), String> {
         return Ok((number, unit));
     }
     Err(format!("speed is {term}: '{own}' is no unit of TP; {} are", UNITS.join(", ")))
-}
-
-/// The first word of a text: `R[5:feed in]mm/sec` has blanks in its comment.
-pub(super) fn word(text: &str) -> &str {
-    let end = outside(text, |depth, at| depth == 0 && at.starts_with([' ', '\t']));
-    text.get(..end.unwrap_or(text.len())).unwrap_or("")
-}
-
-/// `Arc Start[1,2]`, `Weave Figure 8[1]`, `TA .50sec,CALL W1(1, 2)` at the start of a text, and
-/// what follows.
-fn split_action(text: &str) -> Option<(&str, &str)> {
-    const TIMED: [&str; 3] = ["TA", "TB", "DB"];
-    const PLAIN: [&str; 5] = ["ARC", "WEAVE", "WELD", "SPRAY", "TRACK"];
-    let letters = text.bytes().take_while(u8::is_ascii_alphabetic).count();
-    let keyword = text.get(..letters)?.to_ascii_uppercase();
-    let is_timed = TIMED.contains(&keyword.as_str());
-    if !is_timed && !PLAIN.contains(&keyword.as_str()) {
-        return None;
-    }
-    let (mut end, mut count) = (word(text).len(), 1);
-    loop {
-        let own = text.get(..end)?.trim_end();
-        let rest = text.get(end..)?.trim_start();
-        let next = word(rest);
-        let behind = rest.get(next.len()..)?.trim_start();
-        let is_open = own.ends_with([',', '=']) || own.to_ascii_uppercase().ends_with("CALL");
-        let is_first = count == 1 && end == letters;
-        let is_form = matches!(next.to_ascii_uppercase().as_str(), "START" | "END")
-            || next.contains('[') && split_outside(next, ",").is_none()
-            || behind.starts_with(|c: char| c.is_ascii_digit());
-        let belongs = is_open
-            || next.starts_with(['[', '(', '=', ','])
-            || is_first && (is_timed || is_form)
-            || count == 2 && !is_timed && next.starts_with(|c: char| c.is_ascii_digit());
-        if next.is_empty() || !belongs {
-            return Some(text.split_at(end));
-        }
-        end = text.len() - rest.len() + next.len();
-        count += 1;
-    }
 }
 
 /// Six components, if the first is there.

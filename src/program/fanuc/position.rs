@@ -118,6 +118,32 @@ impl Held {
         self.set(index, Ok(value))
     }
 
+    /// What is left of it, or of one element, where another may have set it: what is as the job
+    /// has it, and else what `given` says of an element, by its number from 1.
+    pub(super) fn left(
+        &self,
+        only: Option<i64>,
+        job: &Self,
+        given: impl Fn(i64) -> Result<f64, String>,
+    ) -> Self {
+        let mut left = self.clone();
+        if only.is_none() {
+            (left.axes, left.config) = (BTreeMap::new(), None);
+            left.are_joints = None;
+        }
+        for (at, index) in (1..).take(self.elements.len()).enumerate() {
+            let is_same = self.elements[at].is_ok() && self.elements[at] == job.elements[at];
+            if only.is_none_or(|only| only == index) && !is_same {
+                (left.elements[at], left.assumed[at]) = (given(index), false);
+            }
+        }
+        let is_of_job = left.elements.iter().all(Result::is_ok) && only.is_none();
+        if is_of_job {
+            left.are_joints = Some(false);
+        }
+        left
+    }
+
     /// As a place to go to, or a frame: what the job assumes to be zero is none.
     pub(super) fn target(&self, name: &str) -> Result<Group, String> {
         if self.assumed.contains(&true) {

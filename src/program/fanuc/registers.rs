@@ -1,9 +1,14 @@
 //! Registers and arithmetic of TP programs.
 
+use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use super::position::{Held, POSE};
+use super::words::{
+    bare, brackets, indexed, name_length, names_in, outside, parts_outside, split_outside,
+    starts_with, without_comment,
+};
 use crate::program::span::Span;
 use crate::program::{Assumed, Settings};
 
@@ -21,9 +26,19 @@ pub(super) struct Registers<'a> {
     positions: HashMap<i64, Rc<Held>>,
     /// What the program has set of flags, markers and outputs, by name: `F[1]`.
     signals: HashMap<String, Assumed>,
-    /// What the program sets to what is not known, by name, `f[1]`, or of a list any, `f`: what
-    /// the job assumes of it holds no longer.
-    forgotten: HashSet<String>,
+    /// What is known no longer, by name, `f[1]`, or of a list any, `f`.
+    lost: HashMap<String, Lost>,
+    /// What the program has asked for before it or another set it: there the job's word has served.
+    started: RefCell<HashSet<String>>,
+}
+
+/// Why a name is known no longer.
+#[derive(Debug)]
+struct Lost {
+    /// Who else may have set it; `None` where the program has, to what only the run knows.
+    by: Option<String>,
+    /// Whether what the job assumes of it holds no longer.
+    is_final: bool,
 }
 
 /// What numbers, positions and signals are at a place of the run.
@@ -79,23 +94,6 @@ pub(super) fn names_asked(text: &str) -> Vec<Asked> {
     asked.collect()
 }
 
-/// The names in a condition, of signals, registers and labels: `DI[1:part]=ON AND !DO[2]`.
-pub(super) fn names_in(condition: &str) -> Vec<&str> {
-    let (mut names, mut from) = (Vec::new(), 0);
-    // Never true: every place is looked at once, but those within brackets.
-    outside(condition, |_, rest| {
-        let next = condition.len() - rest.len() + rest.chars().next().map_or(0, char::len_utf8);
-        if rest.starts_with(']') {
-            names.extend(condition.get(from..next));
-        }
-        if !rest.starts_with(|c: char| c.is_ascii_alphanumeric()) {
-            from = next;
-        }
-        false
-    });
-    names
-}
-
 impl<'a> Registers<'a> {
     pub(super) fn new(settings: &'a Settings) -> Self {
         Self {
@@ -104,7 +102,8 @@ impl<'a> Registers<'a> {
             places: HashMap::new(),
             positions: HashMap::new(),
             signals: HashMap::new(),
-            forgotten: HashSet::new(),
+            lost: HashMap::new(),
+            started: RefCell::default(),
         }
     }
 
@@ -137,43 +136,228 @@ impl<'a> Registers<'a> {
             Ok(value) => drop(self.numbers.insert(number, value)),
             Err(_) => {
                 self.numbers.remove(&number);
-                self.forgotten.insert(format!("r[{number}]"));
+                self.lost.insert(format!("r[{number}]"), Lost { by: None, is_final: true });
             }
         }
+    }
+
+    /// R[n] is set by a line that is not read.
+    pub(super) fn set_unread(&mut self, number: i64, why: &str) {
+        self.set(number, Err(why.to_owned()));
+        let lost = Lost { by: Some(why.to_owned()), is_final: true };
+        self.lost.insert(format!("r[{number}]"), lost);
     }
 
     /// What the job assumes of a name.
     pub(super) fn assumed(&self, name: &str) -> Option<Assumed> {
         let name = name.trim().to_lowercase();
         let bare = without_comment(&name);
-        let given = [&name, &bare].into_iter().find_map(|own| self.settings.assume.get(own));
-        given.copied().filter(|_| !self.is_forgotten(&bare))
+        let lost = self.lost_of(&bare);
+        let found = self.given(&name).filter(|_| lost.is_none_or(|lost| !lost.is_final));
+        if found.is_some() && lost.is_none() {
+            self.started.borrow_mut().insert(bare);
+        }
+        found
     }
 
-    /// Whether the program has set a name, in lower case, to what is not known.
-    fn is_forgotten(&self, name: &str) -> bool {
+    /// What the job says of a name, in lower case, whether or not it still holds.
+    fn given(&self, name: &str) -> Option<Assumed> {
+        let assume = &self.settings.assume;
+        assume.get(name).or_else(|| assume.get(&without_comment(name))).copied()
+    }
+
+    /// Why a name, in lower case, is known no longer.
+    fn lost_of(&self, name: &str) -> Option<&Lost> {
         let list = name.split('[').next().unwrap_or(name);
-        [name, list].into_iter().any(|own| self.forgotten.contains(own))
+        self.lost.get(name).or_else(|| self.lost.get(list))
     }
 
     /// Why a name is not known, and what may help.
     fn unknown(&self, name: &str) -> String {
         let name = &without_comment(name.trim());
-        if self.is_forgotten(&name.trim().to_lowercase()) {
-            format!("{name} is set to what is known only at run time")
-        } else {
-            format!(
-                "{name} is known only at run time; assume: {{\"{name}\": …}} in the job can give it"
-            )
+        let hint = hint(name);
+        match self.lost_of(&name.trim().to_lowercase()) {
+            None => format!("{name} is known only at run time{hint}"),
+            Some(Lost { by: None, .. }) => {
+                format!("{name} is set to what is known only at run time")
+            }
+            Some(Lost { by: Some(by), is_final }) => {
+                let hint = if *is_final { "" } else { &hint };
+                format!("{name} is known only at run time: {by}{hint}")
+            }
+        }
+    }
+
+    /// A name with the number that its index has now: `DI[R[96]]` is DI[7].
+    fn resolved(&self, name: &str) -> Result<String, String> {
+        match indexed(name.trim()) {
+            Some((list, index)) if !index.contains(',') => {
+                Ok(format!("{list}[{}]", self.value(index)?))
+            }
+            _ => Ok(name.trim().to_owned()),
         }
     }
 
     /// What the program has set a flag or an output to, else what the job assumes of it.
-    fn known(&self, name: &str) -> Option<Assumed> {
-        let own = indexed(name.trim())
-            .and_then(|(list, index)| Some(format!("{list}[{}]", self.value(index).ok()?)));
-        let set = own.and_then(|own| self.signals.get(&own).copied());
-        set.or_else(|| self.assumed(name))
+    fn known(&self, name: &str) -> Result<Assumed, String> {
+        let own = self.resolved(name);
+        let set = own
+            .as_ref()
+            .ok()
+            .and_then(|own| self.signals.get(own).copied().or_else(|| self.assumed(own)));
+        match set.or_else(|| self.assumed(name)) {
+            Some(known) => Ok(known),
+            None => Err(self.unknown(&own?)),
+        }
+    }
+
+    /// Another may have set all that the program has, or some of it.
+    fn lose_all(&mut self, by: &str) {
+        for number in self.numbers.keys().copied().collect::<Vec<_>>() {
+            self.lose_number(number, by);
+        }
+        for number in self.positions.keys().copied().collect::<Vec<_>>() {
+            self.lose_position(number, None, by);
+        }
+        for name in self.signals.keys().cloned().collect::<Vec<_>>() {
+            self.lose_signal(&name, by);
+        }
+    }
+
+    /// Another may have set what the program has: the job's word counts where there is one. The
+    /// others, by name, stay as the program has them.
+    pub(super) fn left_to_the_job(&mut self, by: &str) -> Vec<String> {
+        let mut others = Vec::new();
+        for number in self.numbers.keys().copied().collect::<Vec<_>>() {
+            match self.given(&format!("r[{number}]")) {
+                Some(_) => self.lose_number(number, by),
+                None => others.push(format!("R[{number}]")),
+            }
+        }
+        for number in self.positions.keys().copied().collect::<Vec<_>>() {
+            let given = |element: i64| self.given(&format!("pr[{number},{element}]")).is_some();
+            match (1..=POSE.len() as i64).any(given) {
+                true => self.lose_position(number, None, by),
+                false => others.push(format!("PR[{number}]")),
+            }
+        }
+        for name in self.signals.keys().cloned().collect::<Vec<_>>() {
+            match self.given(&name.to_lowercase()) {
+                Some(_) => self.lose_signal(&name, by),
+                None => others.push(name),
+            }
+        }
+        others.sort();
+        others
+    }
+
+    /// Another has set what a condition names, or some of it.
+    pub(super) fn lose_named(&mut self, condition: &str, by: &str) {
+        for name in names_in(condition) {
+            self.lose(name, by);
+        }
+    }
+
+    /// Whoever a WAIT waits for has set what its condition names.
+    pub(super) fn lose_awaited(&mut self, condition: &str, by: &str) {
+        self.lose_named(condition, by);
+        // It cannot go on under what the job assumes of it: that was before.
+        if self.truth(condition) == Ok(false) {
+            for name in names_in(condition) {
+                self.lose_given(name, by);
+            }
+        }
+    }
+
+    /// `WAIT R[1]=1` goes on when the register is 1.
+    pub(super) fn set_awaited(&mut self, condition: &str) {
+        let parts = bare(condition).ok().and_then(|text| split_outside(text, "="));
+        let Some((left, right)) = parts.filter(|_| !condition.contains(['<', '>'])) else { return };
+        let register = self.numbered(left.trim(), "R").ok().flatten();
+        let register = register.filter(|(_, behind)| behind.trim().is_empty());
+        // What stands on the right may have changed, too, unless it is a number.
+        if let (Some((number, _)), true, Ok(value)) =
+            (register, names_in(condition).len() == 1, self.value(right))
+        {
+            self.set(number, Ok(value));
+        }
+    }
+
+    fn lose(&mut self, name: &str, by: &str) {
+        let Some((list, index)) = indexed(name) else { return };
+        let (number, element) = match split_outside(index, ",") {
+            Some((number, element)) => (self.whole(number), self.whole(element).ok()),
+            None => (self.whole(index), None),
+        };
+        match (list, number) {
+            ("R", Ok(number)) => self.lose_number(number, by),
+            ("PR", Ok(number)) => self.lose_position(number, element, by),
+            // It may be any.
+            ("R" | "PR", Err(_)) => self.lose_all(by),
+            (_, Ok(number)) => self.lose_signal(&format!("{list}[{number}]"), by),
+            (_, Err(_)) => self.forget_signal(name),
+        }
+    }
+
+    fn lose_number(&mut self, number: i64, by: &str) {
+        if self.numbers.remove(&number).is_some() {
+            self.places.remove(&number);
+            self.keep_lost(format!("r[{number}]"), by);
+        }
+    }
+
+    fn lose_signal(&mut self, name: &str, by: &str) {
+        if self.signals.remove(name).is_some() {
+            self.keep_lost(name.to_lowercase(), by);
+        }
+    }
+
+    fn keep_lost(&mut self, name: String, by: &str) {
+        let is_final = self.started.borrow().contains(&name);
+        self.lost.insert(name, Lost { by: Some(by.to_owned()), is_final });
+    }
+
+    fn lose_position(&mut self, number: i64, element: Option<i64>, by: &str) {
+        let Some(held) = self.positions.get(&number).map(|held| held.as_ref().clone()) else {
+            return;
+        };
+        let name = |index: i64| format!("PR[{number},{index}]");
+        let given = |index: i64| {
+            let name = name(index);
+            let lower = name.to_lowercase();
+            match self.given(&lower) {
+                Some(_) if self.started.borrow().contains(&lower) => Err(by.to_owned()),
+                Some(Assumed::Number(value)) => Ok(value),
+                _ => Err(format!("{by}{}", hint(&name))),
+            }
+        };
+        let job = self.position_of_job(number, |name| self.given(&name.to_lowercase()));
+        let left = held.left(element, &job, given);
+        self.set_position(number, left);
+    }
+
+    /// What the job assumes of a name holds no longer.
+    fn lose_given(&mut self, name: &str, by: &str) {
+        let lost = || Lost { by: Some(by.to_owned()), is_final: true };
+        match indexed(name) {
+            Some(("PR", index)) => {
+                let Some((number, element)) = split_outside(index, ",") else { return };
+                let (Ok(number), Ok(element)) = (self.whole(number), self.whole(element)) else {
+                    return;
+                };
+                // An element that a condition has read is one of the six.
+                drop(self.set_element(number, element, Err(by.to_owned())));
+            }
+            _ => {
+                let own = self.resolved(name).unwrap_or_else(|_| name.to_owned());
+                for own in [own.as_str(), name] {
+                    let own = own.to_lowercase();
+                    if self.given(&own).is_some() {
+                        self.lost.insert(without_comment(&own), lost());
+                    }
+                }
+            }
+        }
     }
 
     /// `F[1]=(DI[2] AND R[3]=1)`, `DO[4]=ON`: what the run alone knows is what the job assumes.
@@ -182,7 +366,7 @@ impl<'a> Registers<'a> {
         let Ok(number) = self.value(index) else {
             // Any of them may be set.
             self.signals.retain(|key, _| indexed(key).is_none_or(|(other, _)| other != list));
-            self.forgotten.insert(list.to_lowercase());
+            self.lost.insert(list.to_lowercase(), Lost { by: None, is_final: true });
             return;
         };
         let value = value.trim();
@@ -193,7 +377,7 @@ impl<'a> Registers<'a> {
             Ok(value) => drop(self.signals.insert(key, value)),
             Err(_) => {
                 self.signals.remove(&key);
-                self.forgotten.insert(key.to_lowercase());
+                self.lost.insert(key.to_lowercase(), Lost { by: None, is_final: true });
             }
         }
     }
@@ -214,10 +398,14 @@ impl<'a> Registers<'a> {
     /// What the job says of PR[n], which the program has not set: its elements, `PR[n,3]`, or that
     /// all others are zero.
     fn assumed_position(&self, number: i64) -> Held {
-        let mut held =
-            if self.is_assumed_zero(number) { Held::assumed_zero() } else { Held::unset() };
+        self.position_of_job(number, |name| self.assumed(name))
+    }
+
+    fn position_of_job(&self, number: i64, given: impl Fn(&str) -> Option<Assumed>) -> Held {
+        let is_zero = given(&format!("PR[{number}]")) == Some(Assumed::Number(0.0));
+        let mut held = if is_zero { Held::assumed_zero() } else { Held::unset() };
         for index in 1..=POSE.len() as i64 {
-            if let Some(Assumed::Number(value)) = self.assumed(&format!("PR[{number},{index}]")) {
+            if let Some(Assumed::Number(value)) = given(&format!("PR[{number},{index}]")) {
                 // The index is one of the six.
                 drop(held.give(index, value));
             }
@@ -353,12 +541,13 @@ impl<'a> Registers<'a> {
             return Ok((value, text.get(digits..).unwrap_or("")));
         }
         let (name, rest) = text.split_at(name_length(text));
-        match self.known(name) {
-            Some(Assumed::Number(value)) => Ok((value, rest)),
-            Some(Assumed::Truth(value)) => Ok((f64::from(u8::from(value)), rest)),
-            None if name.is_empty() => Err(format!("'{}' is no value", text.trim())),
-            None => Err(self.unknown(name)),
+        if name.is_empty() {
+            return Err(format!("'{}' is no value", text.trim()));
         }
+        Ok(match self.known(name)? {
+            Assumed::Number(value) => (value, rest),
+            Assumed::Truth(value) => (f64::from(u8::from(value)), rest),
+        })
     }
 
     /// A condition: a comparison of values, or an input that the job assumes; joined by AND or OR.
@@ -394,19 +583,18 @@ impl<'a> Registers<'a> {
         if let "ON" | "OFF" = text {
             return Ok(text == "ON");
         }
-        match self.known(text) {
-            Some(Assumed::Truth(value)) => Ok(value),
-            _ => Err(self.unknown(text)),
+        match self.known(text)? {
+            Assumed::Truth(value) => Ok(value),
+            Assumed::Number(_) => Err(self.unknown(text)),
         }
     }
 
     fn compare(&self, operator: &str, left: &str, right: &str) -> Result<bool, String> {
         let right = bare(right)?;
         if let "ON" | "OFF" = right {
-            let known = match self.known(left) {
-                Some(Assumed::Truth(value)) => value,
-                Some(Assumed::Number(value)) => value != 0.0,
-                None => return Err(self.unknown(left)),
+            let known = match self.known(left)? {
+                Assumed::Truth(value) => value,
+                Assumed::Number(value) => value != 0.0,
             };
             return Ok((known == (right == "ON")) == (operator == "="));
         }
@@ -422,145 +610,14 @@ impl<'a> Registers<'a> {
     }
 }
 
-pub(super) fn starts_with(text: &str, word: &str) -> bool {
-    text.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word))
-}
-
-/// What stands in the parentheses that hold the whole text.
-pub(super) fn bare(text: &str) -> Result<&str, String> {
-    /// More is no program that a teach pendant writes.
-    const MAX_NESTING: usize = 20;
-    let mut text = text.trim();
-    let mut brackets = 0_usize;
-    let is_too_deep = text.bytes().any(|byte| {
-        match byte {
-            b'[' => brackets += 1,
-            b']' => brackets = brackets.saturating_sub(1),
-            _ => {}
-        }
-        brackets > MAX_NESTING
-    });
-    if is_too_deep || outside(text, |depth, _| depth > MAX_NESTING).is_some() {
-        return Err("parentheses are nested too deep".to_owned());
-    }
-    while text.starts_with('(')
-        && outside(text, |depth, rest| depth == 0 && rest.starts_with(')')) == Some(text.len() - 1)
-    {
-        text = text.get(1..text.len() - 1).unwrap_or("").trim();
-    }
-    Ok(text)
-}
-
-/// The first place at which a test of the parentheses that are open there, and of what follows,
-/// holds; a closing one counts as behind them. What stands in brackets, comments in them, is passed
-/// over.
-pub(super) fn outside(text: &str, mut is_it: impl FnMut(usize, &str) -> bool) -> Option<usize> {
-    let (mut depth, mut brackets) = (0_usize, 0_usize);
-    for (at, c) in text.char_indices() {
-        match c {
-            '[' => brackets += 1,
-            ']' => brackets = brackets.saturating_sub(1),
-            '(' if brackets == 0 => depth += 1,
-            ')' if brackets == 0 => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        if brackets == 0 && is_it(depth, text.get(at..).unwrap_or("")) {
-            return Some(at);
-        }
-    }
-    None
-}
-
-/// `DI[3:part here]` is DI[3].
-fn without_comment(name: &str) -> String {
-    name.split_once(':').map_or_else(|| name.to_owned(), |(head, _)| format!("{head}]"))
-}
-
-/// The parts of a text between signs that stand in no parentheses and no brackets.
-fn parts_outside<'t>(text: &'t str, sign: &str) -> Vec<&'t str> {
-    let mut cuts = Vec::new();
-    // Never true: every place is looked at once.
-    outside(text, |depth, rest| {
-        if depth == 0 && rest.starts_with(sign) {
-            cuts.push(text.len() - rest.len());
-        }
-        false
-    });
-    let ends = cuts.iter().copied().chain([text.len()]);
-    let starts = [0].into_iter().chain(cuts.iter().map(|at| at + sign.len()));
-    starts.zip(ends).filter_map(|(start, end)| text.get(start..end)).collect()
-}
-
-/// A text before and behind a sign that stands in no parentheses and no brackets.
-pub(super) fn split_outside<'t>(text: &'t str, sign: &str) -> Option<(&'t str, &'t str)> {
-    let at = outside(text, |depth, rest| depth == 0 && rest.starts_with(sign))?;
-    Some((text.get(..at)?, text.get(at + sign.len()..)?))
-}
-
-/// How long the name at the start of a text is: `GI[5:program]/10` has one of 13 signs.
-fn name_length(text: &str) -> usize {
-    let is_of_name = |c: char| c.is_alphanumeric() || matches!(c, '_' | '$' | '.' | ']');
-    let end = outside(text, |_, rest| rest.starts_with(|c: char| !is_of_name(c)));
-    end.unwrap_or(text.len())
-}
-
-/// `F[1:comment]` or `F[R[1]]` as a whole: list and index.
-fn indexed(name: &str) -> Option<(&str, &str)> {
-    let (list, index) = name.strip_suffix(']')?.split_once('[')?;
-    Some((list, index.split(':').next()?))
-}
-
-/// `R[5:comment]` or `PR[R[2:id],3]` at the start of a text: what stands in the brackets but for a
-/// comment, and what follows.
-pub(super) fn brackets<'t>(text: &'t str, name: &str) -> Option<(&'t str, &'t str)> {
-    if !starts_with(text, name) {
-        return None;
-    }
-    let rest = text.get(name.len()..)?.strip_prefix('[')?;
-    let (mut depth, mut comment) = (0_usize, None);
-    // A comment goes on to the next bracket that closes, whatever stands in it.
-    let mut is_comment = false;
-    for (at, byte) in rest.bytes().enumerate() {
-        match byte {
-            b']' if depth == 0 => {
-                return Some((rest.get(..comment.unwrap_or(at))?, rest.get(at + 1..)?));
-            }
-            b']' => (depth, is_comment) = (depth - 1, false),
-            b'[' if !is_comment => depth += 1,
-            b':' if !is_comment => {
-                is_comment = true;
-                if depth == 0 {
-                    comment = Some(at);
-                }
-            }
-            _ => {}
-        }
-    }
-    None
-}
-
-/// `R[5:comment]` at the start of a text: the number, where it is one, and what follows.
-pub(super) fn register<'t>(text: &'t str, name: &str) -> Option<(i64, &'t str)> {
-    let (inside, rest) = brackets(text, name)?;
-    Some((inside.split(',').next()?.trim().parse().ok()?, rest))
+/// What in the job can give a name.
+fn hint(name: &str) -> String {
+    format!("; assume: {{\"{name}\": …}} in the job can give it")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn brackets_hold_brackets_and_comments() {
-        for (text, expected) in [
-            ("PR[1,3:a [b]=2", Some(("1,3", "=2"))),
-            ("PR[R[2:id],R[3:a:b]:c]+1", Some(("R[2:id],R[3:a:b]", "+1"))),
-            ("PR[R[R[1]]]", Some(("R[R[1]]", ""))),
-            ("PR[R[1]", None),
-            ("R[1]", None),
-        ] {
-            assert_eq!(brackets(text, "PR"), expected, "{text}");
-        }
-    }
 
     #[test]
     fn values_and_truths() {

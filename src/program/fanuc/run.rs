@@ -5,16 +5,21 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use nalgebra::Isometry3;
 
 use super::position::Held;
-use super::registers::{Asked, Registers, State, names_in, register, split_outside, starts_with};
+use super::registers::{Asked, Registers, State};
 use super::text::{Source, Statement, is_motion};
+use super::words::{register, split_outside, starts_with};
 use crate::notes::Code;
 use crate::program::Settings;
-use crate::program::cell::{External, Given, set_by_call, set_by_comment, set_by_name};
+use crate::program::cell::{External, Given, set_by_comment, set_by_name};
 use crate::program::log::Log;
 use crate::program::spindle_names::Analog;
 
 /// Statements that loops may run beyond one pass through the program.
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
+
+/// Ends why something is not known where a line before it has an error: to tell of that, too, would
+/// tell of one fault twice.
+pub(super) const BEHIND_ERROR: &str = "behind a line that is not read";
 
 /// How statements begin that neither move nor change anything that is read here.
 const HARMLESS: [&str; 41] = [
@@ -91,7 +96,10 @@ pub(super) struct Run<'a> {
     pub(super) frame: Option<u32>,
     pub(super) tool: Option<u32>,
     /// Frames that the program has set, by list, `UFRAME` or `UTOOL`, and number.
-    pub(super) frames: HashMap<(&'static str, u32), Isometry3<f64>>,
+    /// What they are, or why that is not known.
+    pub(super) frames: HashMap<(&'static str, u32), Result<Isometry3<f64>, String>>,
+    /// Who else may have chosen the frame and the tool since the program has.
+    pub(super) chosen_by: [Option<String>; 2],
     /// The payload schedule that holds.
     payload: Option<u32>,
     /// CONFIG of the position before: letters of wrist, elbow and shoulder.
@@ -107,15 +115,15 @@ pub(super) struct Run<'a> {
     pub(super) of_target: [Option<u32>; 2],
     /// Where targets have placed the external axes, mm or degrees.
     pub(super) axes: BTreeMap<String, f64>,
-    /// Whether the arm stands at the target of the last move.
-    pub(super) stops: bool,
+    /// Why it is not known where the arm stands, unless at the target of the last move.
+    pub(super) stands: Result<(), String>,
     /// The joints of the last target, where it is one, degrees.
     pub(super) joints: Option<[f64; 6]>,
     /// The line that goes straight to a place that the program does not give, and its register:
     /// only behind all other motion is the rest of the path whole without it.
     pub(super) unknown_end: Option<(usize, String)>,
     pub(super) next: usize,
-    budget: usize,
+    pub(super) budget: usize,
     /// Labels that have run, with what was known there last.
     pub(super) passed: HashMap<usize, State>,
     /// By label and jump: what conditions between ask for; `None` where nothing leads out.
@@ -124,9 +132,11 @@ pub(super) struct Run<'a> {
     pub(super) labels: HashMap<i64, usize>,
     /// FOR loops: statement, register, last value, step.
     pub(super) loops: Vec<(usize, i64, f64, f64)>,
+    /// Whether a branch had an error: from there on, loops are read no more.
+    pub(super) is_lost: bool,
     /// Registers that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<i64>,
-    analog: Analog,
+    pub(super) analog: Analog,
 }
 
 impl<'a> Run<'a> {
@@ -140,6 +150,7 @@ impl<'a> Run<'a> {
             frame: None,
             tool: None,
             frames: HashMap::new(),
+            chosen_by: [None, None],
             payload: None,
             config: None,
             over: Ok(1.0),
@@ -148,7 +159,7 @@ impl<'a> Run<'a> {
             external: External::new(settings),
             of_target: [None; 2],
             axes: BTreeMap::new(),
-            stops: false,
+            stands: Err("before the first move is known only at run time".to_owned()),
             joints: None,
             unknown_end: None,
             next: 0,
@@ -157,6 +168,7 @@ impl<'a> Run<'a> {
             labels: labels(&source.statements),
             asked: HashMap::new(),
             loops: Vec::new(),
+            is_lost: false,
             given_on: HashSet::new(),
             analog: Analog::default(),
         }
@@ -176,7 +188,14 @@ impl<'a> Run<'a> {
             match self.statement(statement) {
                 Ok(true) => return self.doubt_behind(statement),
                 Ok(false) => {}
-                Err(why) => self.log.error(Code::Motion, statement.line, why),
+                Err(why) => {
+                    let decides = ["IF", "SELECT", "JMP"];
+                    let text = statement.text.trim();
+                    self.is_lost |= decides.iter().any(|own| starts_with(text, own));
+                    if !why.contains(BEHIND_ERROR) {
+                        self.log.error(Code::Motion, statement.line, why);
+                    }
+                }
             }
         }
     }
@@ -204,11 +223,11 @@ impl<'a> Run<'a> {
         match keyword {
             "END" | "ABORT" => return Ok(true),
             "UFRAME_NUM" => {
-                self.frame = None;
+                (self.frame, self.chosen_by[0]) = (None, None);
                 self.frame = Some(self.number_behind(text)?);
             }
             "UTOOL_NUM" => {
-                self.tool = None;
+                (self.tool, self.chosen_by[1]) = (None, None);
                 self.tool = Some(self.number_behind(text)?);
             }
             "OVERRIDE" => self.set_override(line, text)?,
@@ -221,14 +240,7 @@ impl<'a> Run<'a> {
                 self.jump(text, line)?;
             }
             _ if keyword.eq_ignore_ascii_case("CALL") => self.call(text, statement),
-            "RUN" => {
-                let name = text.get(3..).unwrap_or("").trim();
-                let what = format!(
-                    "RUN {name}: starts a program that is not in this file; if it moves, its \
-                     motion is not read"
-                );
-                self.log.warning(Code::MotionLeftOut, line, what);
-            }
+            "RUN" => self.run_beside(text, line),
             "MONITOR" => self.monitor(line, text),
             _ if text.starts_with('$') => self.system_variable(text, line)?,
             "IF" => self.condition(statement)?,
@@ -236,7 +248,7 @@ impl<'a> Run<'a> {
             "ENDIF" => {}
             "SELECT" => self.select(statement)?,
             "FOR" => self.for_loop(text)?,
-            "ENDFOR" => self.end_for(),
+            "ENDFOR" => self.end_for()?,
             "WAIT" => self.wait(text, line),
             "PULSE" => self.pulse(line, text),
             "UFRAME" => self.set_frame(line, "UFRAME", text)?,
@@ -391,7 +403,7 @@ impl<'a> Run<'a> {
     }
 
     /// The value of a part of a statement, and its place if it is a number.
-    fn given(&self, part: &str, statement: &Statement) -> Given {
+    pub(super) fn given(&self, part: &str, statement: &Statement) -> Given {
         let own = part.trim();
         let at = own.as_ptr() as usize - statement.text.as_ptr() as usize;
         let span = own.parse::<f64>().ok().and_then(|_| statement.span(at, at + own.len()));
@@ -409,64 +421,6 @@ impl<'a> Run<'a> {
         self.doubt_signal(line, name, "");
     }
 
-    fn wait(&mut self, text: &str, line: usize) {
-        let rest = text.get(4..).unwrap_or("").trim();
-        // A register alone is a time, too.
-        let register =
-            Some(rest).filter(|rest| rest.starts_with("R[") && !rest.contains(['=', '<', '>']));
-        let time = rest.strip_suffix("(sec)").or(rest.strip_suffix("sec")).or(register);
-        let Some(time) = time else {
-            return self.wait_for(rest, line);
-        };
-        match self.registers.value(time) {
-            Ok(seconds) => self.log.dwell(line, seconds),
-            Err(why) => {
-                let what = format!("WAIT: {why}; the time is left out");
-                self.log.warning(Code::LeftOut, line, what);
-            }
-        }
-    }
-
-    /// For a signal: how long is known only at run time. One that the program itself has set
-    /// otherwise is set by somebody else; `TIMEOUT,LBL[1]` goes elsewhere when it does not come.
-    fn wait_for(&mut self, rest: &str, line: usize) {
-        let (condition, label) = match split_outside(rest, "TIMEOUT") {
-            Some((condition, label)) => (condition, Some(label)),
-            None => (rest, None),
-        };
-        let condition = condition.trim().trim_end_matches(',');
-        if self.registers.truth(condition) == Ok(true) {
-            return;
-        }
-        for name in names_in(condition) {
-            self.registers.forget_signal(name);
-        }
-        if let Some(label) = label {
-            let what = format!(
-                "WAIT {condition}: when that does not come in time, the program goes on at {}, \
-                 which is not read",
-                label.trim_matches([',', ' '])
-            );
-            self.log.warning(Code::MotionLeftOut, line, what);
-        }
-    }
-
-    pub(super) fn call(&mut self, text: &str, statement: &Statement) {
-        let (line, rest) = (statement.line, text.get(4..).unwrap_or("").trim());
-        let (name, args) = match rest.split_once('(') {
-            Some((name, args)) => (name.trim(), args.trim_end().trim_end_matches(')')),
-            None => (rest, ""),
-        };
-        let args = args.split(',').map(str::trim).filter(|arg| !arg.is_empty());
-        let given: Vec<Given> = args.map(|arg| self.given(arg, statement)).collect();
-        if set_by_call(self.settings, self.log, line, &name.to_lowercase(), &given) {
-            return;
-        }
-        self.doubt_name(line, name);
-        let what = format!("CALL {name}: not in this file; if it moves, its motion is not read");
-        self.log.warning(Code::MotionLeftOut, line, what);
-    }
-
     /// Whether an assignment sets a register or a signal; then that is known no longer.
     pub(super) fn forget_assigned(&mut self, line: usize, text: &str, why: &str) -> bool {
         if starts_with(text, "PR[") {
@@ -481,6 +435,11 @@ impl<'a> Run<'a> {
                 format!("r[{number}]")
             }
             None if is_signal(name) => {
+                if starts_with(name, "AO[") {
+                    let value = self.registers.value(value).ok();
+                    let key = signal_key(name);
+                    self.analog.set(self.settings, self.log, line, &key, value);
+                }
                 self.registers.forget_signal(name);
                 signal_key(name)
             }
@@ -508,6 +467,11 @@ impl<'a> Run<'a> {
             self.log.warning(Code::MotionLeftOut, line, what);
         }
     }
+}
+
+/// Why it is not known where the arm stands.
+pub(super) fn unstopped(behind: &str) -> String {
+    format!("behind {behind} is known only at run time")
 }
 
 /// Labels by their numbers, the first of each.

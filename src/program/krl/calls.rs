@@ -43,6 +43,13 @@ impl<'a> Run<'a> {
             self.log.error(Code::Motion, line, what);
         } else {
             self.not_read(line, name);
+            for path in args.iter().flatten().filter_map(|arg| match arg {
+                Expr::Ref(path) => Some(path),
+                _ => None,
+            }) {
+                let what = format!("'{name}' is in no file that is read and may set it");
+                self.leave_to_the_run(path, &what);
+            }
         }
         Flow::Next
     }
@@ -52,8 +59,10 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn not_read(&mut self, line: usize, name: &str) {
-        let what =
-            format!("'{name}' is in no file that is read; if it moves, its motion is not read");
+        let what = format!(
+            "'{name}' is in no file that is read: if it moves, or sets frames or data, that is \
+             not read"
+        );
         self.log.warning(Code::MotionLeftOut, line, what);
         self.forget_signals(&format!("'{name}' is in no file that is read and may set it"));
     }

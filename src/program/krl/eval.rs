@@ -9,6 +9,7 @@ use super::run::Run;
 use super::signals::named_by;
 use super::syntax::{Expr, Path};
 use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, base, frame, of_frame, unset};
+use super::walk::all_of;
 use super::words::is_own_function;
 use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame};
@@ -17,6 +18,9 @@ use crate::units::{deg_from_rad, rad_from_deg};
 
 /// Lists of signals that the program sets and asks for.
 const SIGNALS: [&str; 4] = ["$out", "$anout", "$flag", "$cycflag"];
+
+/// What changes while the program does something else.
+const RUNNING: [&str; 2] = ["$timer", "$cycflag"];
 
 impl<'a> Run<'a> {
     pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
@@ -42,7 +46,38 @@ impl<'a> Run<'a> {
                 let (left, right) = (self.eval(left), self.eval(right));
                 known(binary(operator, &left, &right))
             }
+            Expr::TwoWays(ways) => self.either_way(ways),
         }
+    }
+
+    /// What both ways to read an expression say. Where the second makes no sense of data that are
+    /// known, no controller reads it so.
+    fn either_way(&mut self, [meant, other]: &'a [Expr; 2]) -> Value {
+        const OPEN: &str = "a comparison stands beside AND, OR or EXOR, and which is evaluated \
+                            first changes the result: put parentheses";
+        let parts = all_of(vec![meant]);
+        if parts.iter().any(|part| matches!(part, Expr::Call(..))) {
+            // A function may do something each time that it is called.
+            return Value::unknown(OPEN);
+        }
+        let (value, else_value) = (self.eval(meant), self.eval(other));
+        if value == else_value {
+            return value;
+        }
+        let data = parts.into_iter().filter(|part| matches!(part, Expr::Ref(_)));
+        let is_known = |value: &Value| !matches!(value, Value::Unknown(_));
+        let all_known = data.map(|datum| self.eval(datum)).all(|value| is_known(&value));
+        if all_known && !is_known(&else_value) {
+            return value;
+        }
+        Value::unknown(if is_known(&else_value) || all_known {
+            OPEN.to_owned()
+        } else {
+            match value {
+                Value::Unknown(why) => why,
+                _ => OPEN.to_owned(),
+            }
+        })
     }
 
     /// The name of a datum with the values of its indices: `xp[3]`.
@@ -80,6 +115,8 @@ impl<'a> Run<'a> {
     pub(super) fn datum(&mut self, key: &str) -> Value {
         let own = match self.frames.last().filter(|frame| frame.has(key)) {
             Some(frame) => Some(frame.data.get(key).cloned().unwrap_or_else(|| unset(key))),
+            // What is worked out anew all the time.
+            None if RUNNING.contains(&base(key)) => None,
             None => self.globals.get(key).cloned(),
         };
         if let Some(value) = own.as_ref().filter(|value| !matches!(value, Value::Unknown(_))) {
@@ -151,6 +188,14 @@ impl<'a> Run<'a> {
         value: Value,
     ) -> Result<(), String> {
         let declared = self.type_of(&key);
+        // A component of a frame that the job gives: the others stay.
+        if !fields.is_empty()
+            && ["tool_data", "base_data"].contains(&base(&key))
+            && !self.globals.contains_key(&key)
+            && let given @ Value::Parts(_) = self.datum(&key)
+        {
+            self.globals.insert(key.clone(), given);
+        }
         if matches!(value, Value::Unknown(_)) && fields.is_empty() {
             self.forgotten.insert(key.clone());
         }
@@ -387,6 +432,9 @@ fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> 
             }
         }
         "exor" => Ok(Value::Bool(left.bool()? != right.bool()?)),
+        "b_and" => bits(left, right, |a, b| a & b),
+        "b_or" => bits(left, right, |a, b| a | b),
+        "b_exor" => bits(left, right, |a, b| a ^ b),
         // Frames one in another.
         ":" => {
             let (first, second) = (frame(left.parts()?)?, right.parts()?);
@@ -413,6 +461,17 @@ fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> 
         ">=" => Ok(Value::Bool(left.num()? >= right.num()?)),
         _ => arithmetic(operator, left.number()?, right.number()?),
     }
+}
+
+/// Of the bits of two INTs.
+fn bits(left: &Value, right: &Value, join: fn(i64, i64) -> i64) -> Result<Value, String> {
+    let whole = |value: &Value| match value.num()? {
+        // Whole and within an INT, so that nothing is lost.
+        number if number.fract() == 0.0 && INT.contains(&number) => Ok(number as i64),
+        number => Err(format!("{number} is no INT, of which bits could be joined")),
+    };
+    let joined = join(whole(left)?, whole(right)?);
+    Ok(Value::Num(joined as f64, None, Sort::Whole))
 }
 
 /// INT and INT give an INT, whose division drops what lies behind the point.

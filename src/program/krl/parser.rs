@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::cursor::{Cursor, MAX_DEPTH};
 use super::lexer::Kind;
 use super::lines::{Line, lines};
 use super::modules::rename;
@@ -10,12 +11,9 @@ use super::signals::Outputs;
 use super::syntax::{
     Block, Cases, Expr, File, Motion, Parameter, Path, Routine, Statement, Way, What,
 };
-use super::value::{Sort, Type};
+use super::value::Type;
 use super::words::{fills, is_harmless_keyword, is_predefined_type};
 use crate::wording::counted;
-
-/// Blocks and expressions in one another beyond this are no program that a person writes.
-const MAX_DEPTH: usize = 40;
 
 /// Parses a file into `file`; the routines of the main one, number 0, may be where the program
 /// starts. `names` are those that stand for others in it.
@@ -335,79 +333,7 @@ fn action(tokens: &[Kind]) -> Option<Box<What>> {
     matches!(what, What::Call(..) | What::Assign(..)).then(|| Box::new(what))
 }
 
-/// A place among the tokens of a line.
-struct Cursor<'t> {
-    tokens: &'t [Kind],
-    at: usize,
-    depth: usize,
-}
-
-impl<'t> Cursor<'t> {
-    fn new(tokens: &'t [Kind]) -> Self {
-        Self { tokens, at: 0, depth: 0 }
-    }
-
-    fn behind(&mut self, count: usize) -> Result<&mut Self, String> {
-        self.at += count;
-        Ok(self)
-    }
-
-    fn peek(&self) -> Option<&'t Kind> {
-        self.tokens.get(self.at)
-    }
-
-    fn take(&mut self, symbol: &str) -> bool {
-        let found = matches!(self.peek(), Some(Kind::Symbol(found)) if *found == symbol);
-        self.at += usize::from(found);
-        found
-    }
-
-    fn take_word(&mut self, word: &str) -> bool {
-        let found = matches!(self.peek(), Some(Kind::Word(found)) if found == word);
-        self.at += usize::from(found);
-        found
-    }
-
-    fn symbol(&mut self, symbol: &str) -> Result<(), String> {
-        if self.take(symbol) { Ok(()) } else { Err(format!("expected '{symbol}'")) }
-    }
-
-    fn word(&mut self, word: &str) -> Result<(), String> {
-        if self.take_word(word) { Ok(()) } else { Err(format!("expected {}", word.to_uppercase())) }
-    }
-
-    fn name(&mut self) -> Result<String, String> {
-        match self.peek() {
-            Some(Kind::Word(word)) => {
-                self.at += 1;
-                Ok(word.clone())
-            }
-            _ => Err("expected a name".to_owned()),
-        }
-    }
-
-    fn is_end(&self) -> bool {
-        self.at >= self.tokens.len()
-    }
-
-    fn path(&mut self) -> Result<Path, String> {
-        let name = self.name()?;
-        let (mut indices, mut fields) = (Vec::new(), Vec::new());
-        loop {
-            if self.take("[") {
-                // `TEXT[]`: all of it.
-                while !self.take("]") {
-                    indices.push(self.expression()?);
-                    self.take(",");
-                }
-            } else if self.take(".") {
-                fields.push(self.name()?);
-            } else {
-                return Ok(Path { name, indices, fields });
-            }
-        }
-    }
-
+impl Cursor<'_> {
     /// `DECL [GLOBAL] [CONST] type a, b[3] = value`.
     fn declaration(&mut self) -> Result<What, String> {
         while ["global", "decl", "const", "public"].iter().any(|word| self.take_word(word)) {}
@@ -453,25 +379,6 @@ impl<'t> Cursor<'t> {
             return Ok(What::Call(path.name, Vec::new()));
         }
         Err("is not understood".to_owned())
-    }
-
-    /// Arguments up to `)`; those left out are `None`.
-    fn arguments(&mut self) -> Result<Vec<Option<Expr>>, String> {
-        let mut found = Vec::new();
-        loop {
-            if self.take(")") {
-                return Ok(found);
-            }
-            if self.take(",") {
-                found.push(None);
-                continue;
-            }
-            found.push(Some(self.expression()?));
-            if self.take(")") {
-                return Ok(found);
-            }
-            self.symbol(",")?;
-        }
     }
 
     /// `WITH $VEL.CP=0.1, $TOOL=…`, if it is there.
@@ -545,131 +452,5 @@ impl<'t> Cursor<'t> {
             return Err(format!("expected {}, found {}", counted(wanted, "target"), targets.len()));
         }
         Ok(What::Move(Box::new(Motion { way, is_relative, is_of_tool, targets, angle, with })))
-    }
-
-    fn expression(&mut self) -> Result<Expr, String> {
-        self.binary(0)
-    }
-
-    fn binary(&mut self, weakest: u8) -> Result<Expr, String> {
-        if self.depth >= MAX_DEPTH {
-            return Err("the expression is nested too deep".to_owned());
-        }
-        self.depth += 1;
-        let found = self.binary_inside(weakest);
-        self.depth -= 1;
-        found
-    }
-
-    fn binary_inside(&mut self, weakest: u8) -> Result<Expr, String> {
-        let mut left = self.unary()?;
-        while let Some((operator, strength)) = self.operator() {
-            if strength < weakest {
-                break;
-            }
-            self.at += 1;
-            let right = self.binary(strength + 1)?;
-            left = Expr::Binary(operator, Box::new(left), Box::new(right));
-        }
-        Ok(left)
-    }
-
-    fn operator(&self) -> Option<(&'static str, u8)> {
-        let found = match self.peek()? {
-            Kind::Symbol(symbol @ ("==" | "<>" | "<" | "<=" | ">" | ">=")) => (*symbol, 2),
-            Kind::Symbol(symbol @ ("+" | "-")) => (*symbol, 3),
-            Kind::Symbol(symbol @ ("*" | "/")) => (*symbol, 4),
-            Kind::Symbol(":") => (":", 5),
-            Kind::Word(word) => match word.as_str() {
-                "or" | "b_or" => ("or", 0),
-                "exor" | "b_exor" => ("exor", 0),
-                "and" | "b_and" => ("and", 1),
-                _ => return None,
-            },
-            _ => return None,
-        };
-        Some(found)
-    }
-
-    fn unary(&mut self) -> Result<Expr, String> {
-        if self.take("-") {
-            let inner = self.binary(5)?;
-            return Ok(Expr::Minus(Box::new(inner)));
-        }
-        if self.take("+") {
-            return self.binary(5);
-        }
-        if self.take_word("not") {
-            return Ok(Expr::Not(Box::new(self.binary(2)?)));
-        }
-        self.primary()
-    }
-
-    fn primary(&mut self) -> Result<Expr, String> {
-        let Some(token) = self.peek() else { return Err("expected a value".to_owned()) };
-        match token {
-            Kind::Number(value, span, is_whole) => {
-                self.at += 1;
-                let sort = if *is_whole { Sort::Whole } else { Sort::Real };
-                Ok(Expr::Number(*value, *span, sort))
-            }
-            Kind::Text(text) => {
-                self.at += 1;
-                Ok(Expr::Text(text.clone()))
-            }
-            Kind::Enum(name) => {
-                self.at += 1;
-                Ok(Expr::Enum(name.clone()))
-            }
-            Kind::Symbol("(") => {
-                self.at += 1;
-                let inner = self.expression()?;
-                self.symbol(")")?;
-                Ok(inner)
-            }
-            Kind::Symbol("{") => {
-                self.at += 1;
-                self.aggregate()
-            }
-            Kind::Word(word) if matches!(word.as_str(), "true" | "false") => {
-                self.at += 1;
-                Ok(Expr::Bool(word == "true"))
-            }
-            Kind::Word(_) => {
-                let path = self.path()?;
-                if self.take("(") {
-                    return Ok(Expr::Call(path.name, self.arguments()?));
-                }
-                Ok(Expr::Ref(path))
-            }
-            Kind::Symbol(symbol) => Err(format!("expected a value, found '{symbol}'")),
-        }
-    }
-
-    /// `{E6POS: X 1, Y 2}`, `{X 1,Y 2}`; behind the brace.
-    fn aggregate(&mut self) -> Result<Expr, String> {
-        if let (Some(Kind::Word(_)), Some(Kind::Symbol(":"))) =
-            (self.peek(), self.tokens.get(self.at + 1))
-        {
-            self.at += 2;
-        }
-        let mut parts = Vec::new();
-        loop {
-            if self.take("}") {
-                return Ok(Expr::Parts(parts));
-            }
-            let name = self.name()?;
-            if self.take("[") {
-                // `POINT2[] " "`, `DATA[1] 5`.
-                while !self.take("]") {
-                    self.expression()?;
-                }
-            }
-            parts.push((name, self.expression()?));
-            if !self.take(",") {
-                self.symbol("}")?;
-                return Ok(Expr::Parts(parts));
-            }
-        }
     }
 }

@@ -19,6 +19,9 @@ pub(super) enum Expr {
     Not(Box<Expr>),
     Minus(Box<Expr>),
     Binary(&'static str, Box<Expr>, Box<Expr>),
+    /// A comparison beside AND, OR or EXOR without parentheses: as it is meant, the comparison
+    /// first, and the other way round, as Siemens has it and KUKA may.
+    TwoWays(Box<[Expr; 2]>),
 }
 
 impl Expr {

@@ -42,7 +42,7 @@ pub(super) fn paths_in(open: Vec<&Expr>) -> Vec<&Path> {
 }
 
 /// Expressions and those in them.
-fn all_of(mut open: Vec<&Expr>) -> Vec<&Expr> {
+pub(super) fn all_of(mut open: Vec<&Expr>) -> Vec<&Expr> {
     let mut found = Vec::new();
     while let Some(expr) = open.pop() {
         found.push(expr);
@@ -52,6 +52,8 @@ fn all_of(mut open: Vec<&Expr>) -> Vec<&Expr> {
             Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
             Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
             Expr::Call(_, args) => open.extend(args.iter().flatten()),
+            // Both have the same parts.
+            Expr::TwoWays(ways) => open.push(&ways[0]),
             _ => {}
         }
     }

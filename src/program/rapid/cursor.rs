@@ -194,16 +194,32 @@ impl<'a> Cursor<'a> {
         if self.depth > MAX_EXPRESSION_DEPTH {
             return Err("the expression is nested too deep".to_owned());
         }
+        let negates = self.is_word("NOT");
         let mut left = self.unary()?;
+        // What NOT is over where it is over all that AND joins.
+        let mut negated = match &left {
+            Expr::Not(inner) if negates => Some((*inner.clone(), false)),
+            _ => None,
+        };
         while let Some((operator, strength)) = self.operator() {
             if strength < weakest {
                 break;
             }
             self.advance();
             let right = self.binary(strength + 1)?;
+            negated = match (operator, negated) {
+                (Operator::And, Some((all, _))) => {
+                    let right = Box::new(right.clone());
+                    Some((Expr::Binary(operator, Box::new(all), right), true))
+                }
+                (_, negated) => {
+                    left = either_way(left, negated);
+                    None
+                }
+            };
             left = Expr::Binary(operator, Box::new(left), Box::new(right));
         }
-        Ok(left)
+        Ok(either_way(left, negated))
     }
 
     fn operator(&self) -> Option<(Operator, u8)> {
@@ -342,5 +358,13 @@ impl<'a> Cursor<'a> {
     fn between_arguments(&self, end: &str) -> Parsed<()> {
         let fits = self.is_symbol(",") || self.is_symbol("\\") || self.is_symbol(end);
         if fits { Ok(()) } else { Err(self.expected(&format!("',' or '{end}'"))) }
+    }
+}
+
+/// `first` with NOT over its first part alone, and what NOT may be over instead, if AND joins more.
+fn either_way(first: Expr, negated: Option<(Expr, bool)>) -> Expr {
+    match negated {
+        Some((all, true)) => Expr::TwoWays(Box::new([Expr::Not(Box::new(all)), first])),
+        _ => first,
     }
 }

@@ -21,6 +21,7 @@ impl<'a> Interpreter<'a> {
             {
                 name.shown.as_str()
             }
+            _ if self.starts_again => return self.doubt_next_cycle(rest),
             _ => return,
         };
         // A label may be jumped to from elsewhere.
@@ -65,7 +66,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Whether a statement, or what it calls in the files, would move if it ran.
-    fn moves(&self, what: &'a What) -> bool {
+    pub(super) fn moves(&self, what: &'a What) -> bool {
         self.moves_beyond(what, &mut HashSet::new())
     }
 

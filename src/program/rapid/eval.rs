@@ -4,12 +4,12 @@
 use super::functions::{self, Given};
 use super::instructions::is_own_function;
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
-use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
+use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, Storage, What};
 use super::value::{
     Value, field, from_orientation, initial, initial_array, load0, orientation, position,
     within_depth, within_size,
 };
-use super::walk::statements_in;
+use super::walk::{functions_of, statements_in};
 
 /// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
 const VMAX_MM_PER_S: f64 = 5000.0;
@@ -67,6 +67,24 @@ impl<'a> Interpreter<'a> {
                 let (left, right) = (self.eval(left), self.eval(right));
                 known(binary(*operator, &left, &right).and_then(functions::finite))
             }
+            Expr::TwoWays(ways) => self.either_way(ways),
+        }
+    }
+
+    /// What both ways to read an expression say.
+    fn either_way(&mut self, ways: &'a [Expr; 2]) -> Value {
+        const OPEN: &str = "NOT stands before AND, and what it is over changes the result: put \
+                            parentheses";
+        // A function of the program may do something each time that it is called.
+        let mut called = functions_of(vec![&ways[0]]).into_iter();
+        if called.any(|(name, _)| self.file.functions.contains_key(&name.key)) {
+            return Value::unknown(OPEN);
+        }
+        let [value, other] = ways.each_ref().map(|way| self.eval(way));
+        match (&value, &other) {
+            (Value::Unknown(_), Value::Unknown(_)) => value,
+            _ if value == other => value,
+            _ => Value::unknown(OPEN),
         }
     }
 
@@ -264,7 +282,14 @@ impl<'a> Interpreter<'a> {
         match (declaration.name.key.as_str(), &declaration.value) {
             ("tool0", _) => Value::Tool0,
             ("wobj0", _) => Value::Wobj0,
+            (key, _) if declaration.class == Storage::Persistent && self.assumed(key).is_some() => {
+                self.assumed(key).unwrap_or(Value::Absent)
+            }
             (_, Some(expr)) => known(within_depth(self.eval(expr), 0)),
+            (_, None) if declaration.class == Storage::Persistent => Value::unknown(format!(
+                "'{}' is PERS without a value in this file: another task has it",
+                declaration.name.shown
+            )),
             (_, None) => {
                 let element = initial(self.file, &declaration.kind);
                 let sizes: Result<Vec<usize>, String> = declaration
@@ -411,14 +436,35 @@ fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, Stri
         O::Xor => Ok(Value::Bool(left.bool()? != right.bool()?)),
         O::Equal => equal(left, right).map(Value::Bool),
         O::Unequal => equal(left, right).map(|same| Value::Bool(!same)),
-        O::Less => Ok(Value::Bool(left.num()? < right.num()?)),
-        O::LessOrEqual => Ok(Value::Bool(left.num()? <= right.num()?)),
-        O::Greater => Ok(Value::Bool(left.num()? > right.num()?)),
-        O::GreaterOrEqual => Ok(Value::Bool(left.num()? >= right.num()?)),
+        O::Less | O::LessOrEqual | O::Greater | O::GreaterOrEqual => {
+            let [left, right] = [left.num()?, right.num()?];
+            apart(left, right)?;
+            let is_so = match operator {
+                O::Less => left < right,
+                O::LessOrEqual => left <= right,
+                O::Greater => left > right,
+                _ => left >= right,
+            };
+            Ok(Value::Bool(is_so))
+        }
         O::Plus | O::Minus | O::Times | O::Over | O::Div | O::Mod => {
             arithmetic(operator, left, right)
         }
     }
+}
+
+/// Refuses numbers of which rounding decides which is larger: the controller has seven digits.
+pub(super) fn apart(left: f64, right: f64) -> Result<(), String> {
+    /// What some hundred sums lose, as a share.
+    const ROUNDED: f64 = 1e-5;
+    let difference = (left - right).abs();
+    let is_whole = left.fract() == 0.0 && right.fract() == 0.0;
+    if difference == 0.0 || is_whole || difference > ROUNDED * left.abs().max(right.abs()) {
+        return Ok(());
+    }
+    Err(format!(
+        "{left} and {right} are compared, which the rounding of num decides: count in whole numbers"
+    ))
 }
 
 pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
@@ -434,6 +480,10 @@ pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
         // A signal that is TRUE is 1.
         (Value::Bool(truth), Value::Num(number)) | (Value::Num(number), Value::Bool(truth)) => {
             Ok(*number == f64::from(u8::from(*truth)))
+        }
+        (Value::Num(left), Value::Num(right)) => {
+            apart(*left, *right)?;
+            Ok(left == right)
         }
         _ => Ok(left == right),
     }

@@ -82,8 +82,14 @@ impl<'a> Interpreter<'a> {
                 Ok(WorkObject::fixed(frame.unwrap_or_default()))
             }
             (Value::Unknown(why), Some(frame)) => {
-                let code = self.code_of_assumed(args.optional_value("wobj"));
-                let what = format!("work object: {why}; the job's work_object is used");
+                let mut code = self.code_of_assumed(args.optional_value("wobj"));
+                let mut what = format!("work object: {why}; the job's work_object is used");
+                self.objects_of_job.insert(why.to_string());
+                if self.objects_of_job.len() > 1 {
+                    // They differ, or there would be one.
+                    code = Code::ChangeIgnored;
+                    what.push_str(" for more than one of them");
+                }
                 self.log.warning(code, line, what);
                 Ok(WorkObject::fixed(frame))
             }

@@ -152,7 +152,7 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "waitrob",
         "waittime",
     ];
-    const MONITORS: [&str; 16] = [
+    const MONITORS: [&str; 20] = [
         "wzboxdef",
         "wzcyldef",
         "wzsphdef",
@@ -168,6 +168,11 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "bookerrno",
         "setsysdata",
         "waitsynctask",
+        // What they change is told.
+        "syncmoveon",
+        "syncmoveoff",
+        "syncmoveresume",
+        "syncmovesuspend",
         "motionprocessmodeset",
     ];
     MONITORS.contains(&key)
@@ -204,4 +209,27 @@ pub(super) fn is_own_function(key: &str) -> bool {
         type uialphaentry uiclientexist uidnumentry uidnumtune uilistview uimessagebox \
         uinumentry uinumtune validio valtostr vectmagn";
     OWN.split(' ').any(|own| own == key)
+}
+
+/// Whether a function gives the same for the same arguments, whatever the controller does.
+pub(super) fn is_calculation(key: &str) -> bool {
+    const PURE: [&str; 16] = [
+        "bytetostr",
+        "calcjointt",
+        "calcrobt",
+        "calcrotaxframez",
+        "calcrotaxisframe",
+        "defaccframe",
+        "defdframe",
+        "defframe",
+        "mirpos",
+        "numtostr",
+        "strformat",
+        "strmap",
+        "strpart",
+        "strtobyte",
+        "strtoval",
+        "valtostr",
+    ];
+    PURE.contains(&key)
 }

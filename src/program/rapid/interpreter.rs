@@ -8,7 +8,7 @@ use super::carried::WorkObject;
 use super::syntax::File;
 use super::timed::Timed;
 use super::value::Value;
-use super::walk::Named;
+use super::walk::{Named, set_by_others};
 use crate::motion::{Load, Turning};
 use crate::program::Settings;
 use crate::program::cell::{Comments, External};
@@ -86,6 +86,12 @@ pub(super) struct Interpreter<'a> {
     pub(super) forgotten: HashSet<String>,
     /// Data that no file declares, as the program sets them.
     pub(super) assigned: HashMap<&'a str, Value>,
+    /// Whether ExitCycle has ended the program.
+    pub(super) starts_again: bool,
+    /// Persistent data that no file sets, by name in lower case.
+    pub(super) set_by_others: HashSet<&'a str>,
+    /// For which work objects that no file declares the job's has stood: why each is not known.
+    pub(super) objects_of_job: HashSet<String>,
     /// Data of the module that traps set, with what the job assumes of them.
     pub(super) trapped: HashMap<&'a str, Value>,
     /// Whether the job's tcp and work object stand for data that no file declares, and not for
@@ -133,6 +139,9 @@ impl<'a> Interpreter<'a> {
             given_on: HashSet::new(),
             analog: Analog::default(),
             assigned: HashMap::new(),
+            starts_again: false,
+            set_by_others: set_by_others(file),
+            objects_of_job: HashSet::new(),
             trapped: HashMap::new(),
             stands_for: Named::default(),
             gripped: Ok(None),

@@ -26,6 +26,7 @@ mod outputs;
 mod parser;
 mod run;
 mod set_by;
+mod shared;
 mod syntax;
 mod timed;
 mod traps;

@@ -1,6 +1,7 @@
 //! Outputs that the program sets and asks for: known only where nothing but its own order of
 //! instructions sets them.
 
+use super::instructions::is_calculation;
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Name, Optional};
 use super::timed::SETS;
@@ -111,6 +112,9 @@ impl<'a> Interpreter<'a> {
 
     /// Why what a function gives is not known, and what may help.
     pub(super) fn why_unknown(&self, function: &Name, args: &Args) -> String {
+        if is_calculation(&function.key) {
+            return format!("function '{}' is not read", function.shown);
+        }
         let head = format!("function '{}' is known only at run time", function.shown);
         match args.positional.first() {
             Some(Expr::Ref(signal))

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::eval::equal;
+use super::eval::{apart, equal};
 use super::filled::filled;
 use super::instructions::{self, is_own_function};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
@@ -153,6 +153,8 @@ impl<'a> Interpreter<'a> {
             }
             What::While(condition, body) => return self.while_loop(line, condition, body),
             What::Test(tested, cases, otherwise) => {
+                let blocks = cases.iter().map(|(_, body)| body).chain([otherwise]);
+                self.doubt_shared(line, "TEST", vec![tested], blocks.collect());
                 let tested = self.eval(tested);
                 return self.test(line, &tested, cases, otherwise);
             }
@@ -172,6 +174,9 @@ impl<'a> Interpreter<'a> {
         branches: &'a [(Expr, Block)],
         otherwise: &'a Block,
     ) -> Flow {
+        let conditions = branches.iter().map(|(condition, _)| condition).collect();
+        let blocks = branches.iter().map(|(_, body)| body).chain([otherwise]);
+        self.doubt_shared(line, "IF", conditions, blocks.collect());
         for (index, (condition, body)) in branches.iter().enumerate() {
             match self.eval(condition).bool() {
                 Ok(true) => return self.block(body),
@@ -395,7 +400,14 @@ impl<'a> Interpreter<'a> {
         let outer = self.frames.last_mut().and_then(|frame| frame.remove(&variable.key));
         let mut at = from;
         let mut flow = Flow::Next;
-        while (if step > 0.0 { at <= to } else { at >= to }) && self.another_pass(line) {
+        loop {
+            if let Err(why) = apart(at, to) {
+                self.undecided(line, "FOR", &why, Vec::new(), std::iter::once(body));
+                break;
+            }
+            if (if step > 0.0 { at > to } else { at < to }) || !self.another_pass(line) {
+                break;
+            }
             self.declare(&variable.key, "num", Value::Num(at));
             flow = self.block(body);
             if !matches!(flow, Flow::Next) {
@@ -501,7 +513,11 @@ impl<'a> Interpreter<'a> {
         }
         match key {
             "waittime" => self.wait(line, args),
-            "exit" | "exitcycle" | "systemstopaction" => return Flow::Exit,
+            "exit" | "systemstopaction" => return Flow::Exit,
+            "exitcycle" => {
+                self.starts_again = true;
+                return Flow::Exit;
+            }
             "raise" | "trynext" | "retry" => {
                 self.log.error(
                     Code::Motion,
@@ -584,6 +600,9 @@ impl<'a> Interpreter<'a> {
         let changed = match name.key.as_str() {
             "softact" | "tuneservo" => Some("how stiff the drives hold the arm"),
             "speedlimaxis" | "speedlimcheckpoint" => Some("how fast the arm may be"),
+            "syncmoveon" | "syncmoveresume" => {
+                Some("how fast the arm moves, as robots that move together wait for each other")
+            }
             _ => None,
         };
         if let Some(changed) = changed {
@@ -605,7 +624,9 @@ impl<'a> Interpreter<'a> {
 
     /// A procedure or function that may do anything.
     pub(super) fn not_in_file(&mut self, line: usize, shown: &str) {
-        let what = format!("'{shown}' is not in this file; if it moves, its motion is not read");
+        let what = format!(
+            "'{shown}' is not in this file: if it moves, or sets frames or data, that is not read"
+        );
         self.forget_all_outputs();
         self.log.warning(Code::MotionLeftOut, line, what);
     }

@@ -31,6 +31,9 @@ pub(super) enum Expr {
     Not(Box<Expr>),
     Minus(Box<Expr>),
     Binary(Operator, Box<Expr>, Box<Expr>),
+    /// `NOT a AND b` without parentheses: as the controller has it, NOT over all that AND joins
+    /// (kernel grammar: `[NOT] term {OR term}`), and with NOT over the first alone.
+    TwoWays(Box<[Expr; 2]>),
 }
 
 /// A datum or a part of it: `p10`, `p{3}`, `p10.trans.x`.
@@ -129,11 +132,18 @@ pub(super) enum What {
     NotUnderstood(String),
 }
 
+/// CONST, VAR, or PERS, which other tasks have, too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Storage {
+    Constant,
+    Variable,
+    Persistent,
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Declaration {
     pub(super) line: usize,
-    /// PERS: other tasks have it, too.
-    pub(super) is_persistent: bool,
+    pub(super) class: Storage,
     /// Type, in lower case.
     pub(super) kind: String,
     pub(super) name: Name,

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::instructions::{ToolAt, motion};
-use super::syntax::{Args, Block, Expr, File, Name, Optional, Routine, Step, What};
+use super::syntax::{Args, Block, Expr, File, Name, Optional, Routine, Step, Storage, What};
 
 /// The blocks of a statement.
 pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
@@ -71,6 +71,42 @@ pub(super) fn reached<'a>(file: &'a File, entry: &'a Routine) -> Option<HashSet<
             return Some(found);
         }
     }
+}
+
+/// Types of one number, truth value or text.
+pub(super) const PLAIN: [&str; 5] = ["num", "dnum", "bool", "byte", "string"];
+
+/// Persistent data of one number, truth value or text that no statement of the files may set, by
+/// name in lower case: other tasks, or people, set them.
+pub(super) fn set_by_others(file: &File) -> HashSet<&str> {
+    let mut found: HashSet<&str> = file
+        .data
+        .iter()
+        .filter(|(_, data)| {
+            data.class == Storage::Persistent && PLAIN.contains(&data.kind.as_str())
+        })
+        .map(|(key, _)| key.as_str())
+        .collect();
+    let routines = file.procedures.values().chain(file.functions.values());
+    let bodies = routines.map(|own| &own.body).chain(file.traps.iter().map(|trap| &trap.body));
+    for what in statements_in(bodies) {
+        match what {
+            What::Assign(path, _) => {
+                found.remove(path.name.key.as_str());
+            }
+            What::Call(_, args) => {
+                let options = args.optional.iter().filter_map(|(_, option)| match option {
+                    Optional::Value(expr) => Some(expr),
+                    _ => None,
+                });
+                for name in names_in(args.positional.iter().chain(options).collect()) {
+                    found.remove(name.key.as_str());
+                }
+            }
+            _ => {}
+        }
+    }
+    found
 }
 
 /// What stands for a tool and for a work object.
@@ -190,6 +226,8 @@ fn all_of(mut open: Vec<&Expr>) -> Vec<&Expr> {
             Expr::Call(call) => of_args(&call.1, &mut open),
             Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
             Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
+            // Both have the same parts.
+            Expr::TwoWays(ways) => open.push(&ways[0]),
             Expr::Number(..) | Expr::Text(_) | Expr::Bool(_) => {}
         }
     }

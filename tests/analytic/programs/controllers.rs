@@ -4,7 +4,7 @@
 use detune::notes::{Code, Note};
 use detune::program::{Assumed, Companion, Dialect, Program, Settings, read};
 
-use super::support::{assert_ends, at, module, settings};
+use super::support::{assert_ends, at, end, module, settings};
 
 fn run(text: &str, dialect: Dialect, job: &Settings) -> Result<Program, Vec<Note>> {
     read(text.as_bytes(), dialect, job)
@@ -21,8 +21,8 @@ fn krl_with(body: &str, behind: &str) -> Result<Program, Vec<Note>> {
 #[track_caller]
 fn krl_x(body: &str, behind: &str) -> f64 {
     let program = krl_with(body, behind).unwrap_or_else(|found| panic!("{body}: {found:?}"));
-    let (_, end) = super::support::end(program.moves.last().unwrap());
-    (end.translation.x * 1e9).round() / 1e6
+    let (_, last) = end(program.moves.last().unwrap());
+    (last.translation.x * 1e9).round() / 1e6
 }
 
 fn doubts(program: &Program) -> Vec<(Code, usize)> {
@@ -64,6 +64,44 @@ fn whole_numbers_of_krl_divide_to_whole_numbers_and_round() {
     refused(krl_with("N=1\nLIN {X N/2}", ""), "is declared in no file that is read");
     assert_eq!(krl_x("N=4\nLIN {X N/2}", ""), 2.0);
     refused(krl_with("INT N\nN=2147483647\nLIN {X N+1}", ""), "beyond what an INT holds");
+}
+
+/// KUKA, like Siemens, may have comparisons behind AND, EXOR and OR: where that changes nothing the
+/// program runs, and else it has to say what it means.
+#[test]
+fn comparisons_beside_and_count_where_their_order_changes_nothing() {
+    let x = |given: &str, condition: &str| {
+        let body = format!(
+            "INT N\nBOOL A,B,C\n{given}\nIF {condition} THEN\nLIN {{X 1}}\nELSE\nLIN {{X 2}}\nENDIF"
+        );
+        krl_with(&body, "")
+    };
+    let all = "N=3\nA=FALSE\nB=FALSE\nC=TRUE";
+    for (condition, expected) in [
+        // A number beside AND makes no sense, so that no controller reads it so.
+        ("N==3 AND C", 1.0),
+        ("C AND N<>3", 2.0),
+        ("N>1 AND N<5", 1.0),
+        ("NOT A==C", 1.0),
+        ("(A==B) AND C==TRUE", 1.0),
+        ("A OR B EXOR C", 1.0),
+        ("C OR B EXOR C", 1.0),
+        ("NOT (A OR B) AND C", 1.0),
+    ] {
+        let program = x(all, condition).unwrap_or_else(|found| panic!("{condition}: {found:?}"));
+        let (_, last) = end(program.moves.last().unwrap());
+        assert_eq!(last.translation.x, expected / 1e3, "{condition}");
+    }
+    // (FALSE = TRUE) and (FALSE = FALSE): no; FALSE = (TRUE and FALSE) = FALSE: no, as well.
+    // FALSE = FALSE and TRUE = TRUE: yes; FALSE = (FALSE and TRUE) = TRUE: yes.
+    // TRUE = FALSE and FALSE = FALSE: no; TRUE = (FALSE and FALSE) = FALSE: yes.
+    for (condition, is_open) in
+        [("A==C AND B==FALSE", false), ("A==B AND C==TRUE", false), ("C==A AND B==FALSE", true)]
+    {
+        assert_eq!(x(all, condition).is_err(), is_open, "{condition}");
+    }
+    refused(x(all, "C==A AND B==FALSE"), "put parentheses");
+    refused(x("N=3\nC=TRUE", "N==3 AND A==C"), "'a'");
 }
 
 #[test]
@@ -294,7 +332,9 @@ fn flags_of_tp_are_what_the_program_sets() {
     }
     // What only the run knows is no longer what was assumed.
     for set in ["F[1]=(DI[9])", "IF DI[9]=ON,F[1]=(DI[9])"] {
-        let text = format!("F[1]=(ON) ;\n{set} ;\nIF F[1]=ON,JMP LBL[1] ;\nLBL[1] ;\n");
+        let text = format!(
+            "F[1]=(ON) ;\n{set} ;\nIF F[1]=ON,JMP LBL[1] ;\nL P[1] 9mm/sec FINE ;\nLBL[1] ;\n"
+        );
         let said = "F[1] is set to what is known only at run time";
         refused(tp(&text, &[("f[1]", Assumed::Truth(false))]), said);
     }

@@ -248,8 +248,11 @@ fn signs_and_brackets_without_end_are_no_overflow() {
         "OFF OR ".repeat(COUNT)
     );
     assert_eq!(tp(&joined).unwrap().moves.len(), 2);
-    let nested =
-        format!("IF {}1{}=ON,JMP LBL[2] ;\nLBL[2] ;\n", "F[".repeat(COUNT), "]".repeat(COUNT));
+    let nested = format!(
+        "IF {}1{}=ON,JMP LBL[2] ;\n{LINE} ;\nLBL[2] ;\n",
+        "F[".repeat(COUNT),
+        "]".repeat(COUNT)
+    );
     assert_eq!(at(&tp(&nested).unwrap_err()[0]), 5);
 }
 

@@ -272,8 +272,9 @@ fn registers_and_branches_of_tp_in_parentheses() {
     let program = tp(text, &known).unwrap();
     assert_ends(&program, &[('L', [0.0; 3]), ('L', [100.0, 15.0, 0.0])]);
     // What only the run decides to set is not known behind it.
-    let open = "R[3]=1 ;\nIF DI[1]=ON,R[3]=(2) ;\nIF R[3]=1,JMP LBL[2] ;\nLBL[2] ;\n";
-    let found = tp(open, &[]).unwrap_err();
+    let open =
+        format!("R[3]=1 ;\nIF DI[1]=ON,R[3]=(2) ;\nIF R[3]=1,JMP LBL[2] ;\n{L} ;\nLBL[2] ;\n");
+    let found = tp(&open, &[]).unwrap_err();
     assert_eq!((at(&found[0]), found.len()), (6, 1), "{found:?}");
     let open = "PR[1]=P[1] ;\nIF DI[1]=ON,PR[1,2]=(2) ;\nL PR[1] 9mm/sec FINE ;\n";
     assert_eq!(at(&tp(open, &[]).unwrap_err()[0]), 6);

@@ -218,7 +218,9 @@ fn moves_behind_an_end_in_mid_program_are_a_doubt() {
         );
         assert_eq!(rapid(&format!("{end}\ncut;")), [6], "{end}");
         assert_eq!(rapid(&format!("{end}\nSetDO do1,1;")), NONE, "{end}");
-        assert_eq!(rapid(&format!("IF 1=1 THEN\n{end}\nENDIF\n{cut}")), NONE, "{end}");
+        // The next cycle of ExitCycle may find another branch.
+        let in_branch = if end == "ExitCycle;" { vec![8] } else { Vec::new() };
+        assert_eq!(rapid(&format!("IF 1=1 THEN\n{end}\nENDIF\n{cut}")), in_branch, "{end}");
     }
     assert_eq!(rapid(&format!("Stop;\n{cut}")), NONE);
     let krl = |body: &str| {

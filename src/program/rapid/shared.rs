@@ -1,0 +1,45 @@
+//! What others decide: persistent data that no file sets, and what the next cycle finds.
+
+use super::interpreter::Interpreter;
+use super::syntax::{Block, Expr, Statement};
+use super::walk::names_in;
+use crate::notes::Code;
+
+impl<'a> Interpreter<'a> {
+    /// Of branches of which some move and some do not as data decide that only others set.
+    pub(super) fn doubt_shared(
+        &mut self,
+        line: usize,
+        keyword: &str,
+        conditions: Vec<&'a Expr>,
+        blocks: Vec<&'a Block>,
+    ) {
+        let mut names = names_in(conditions).into_iter();
+        let others = names.find(|name| {
+            self.set_by_others.contains(name.key.as_str())
+                && !self.frames.last().is_some_and(|frame| frame.contains_key(&name.key))
+                && self.assumed(&name.key).is_none()
+        });
+        let Some(name) = others.filter(|_| !blocks.iter().all(|block| self.is_still(block))) else {
+            return;
+        };
+        let (shown, key) = (&name.shown, &name.key);
+        let what = format!(
+            "{keyword} asks for '{shown}', which is PERS and which no file that is read sets: the \
+             value of its declaration decides which moves are read; assume: {{{key}: …}} in the \
+             job can settle it"
+        );
+        self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
+    /// `ExitCycle` in a branch runs `main` again with the data of the modules as they are: another
+    /// branch may run then, with the moves behind it.
+    pub(super) fn doubt_next_cycle(&mut self, rest: &'a [Statement]) {
+        if let Some(first) = rest.iter().find(|statement| self.moves(&statement.what)) {
+            let line = if first.line > 0 { first.line } else { self.line };
+            let what = "ExitCycle starts the program again before this: what the next cycle does \
+                        is not read";
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! What others decide while a program runs: other tasks, timers, routines of other files, the next cycle; and what
+//! rounding or the order of operators decides. All of it was once read as the program alone would have it.
+
+use detune::notes::{Class, Code, Note};
+use detune::program::{Assumed, Dialect, Program, Settings, read};
+use nalgebra::Isometry3;
+
+use super::support::{at, end, settings};
+
+/// A module with data, whose `main` moves to x = 0 in line 5 and then does more.
+fn module(data: &str, body: &str) -> String {
+    format!(
+        "MODULE m\nCONST robtarget p0:=[[0,0,500],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n{data}\n\
+         PROC main()\nMoveL p0,v100,fine,tool0;\n{body}\nENDPROC\nENDMODULE\n"
+    )
+}
+
+fn rapid_with(data: &str, body: &str, job: &Settings) -> Result<Program, Vec<Note>> {
+    read(module(data, body).as_bytes(), Dialect::Rapid, job)
+}
+
+fn rapid(data: &str, body: &str) -> Result<Program, Vec<Note>> {
+    rapid_with(data, body, &settings())
+}
+
+fn krl_with(body: &str, job: &Settings) -> Result<Program, Vec<Note>> {
+    let start = "PTP {X 0,Y 0,Z 500,A 0,B 0,C 180}";
+    read(format!("DEF p()\n$VEL.CP=0.1\n{start}\n{body}\nEND\n").as_bytes(), Dialect::Krl, job)
+}
+
+fn krl(body: &str) -> Result<Program, Vec<Note>> {
+    krl_with(body, &settings())
+}
+
+/// X of the moves behind the first, mm.
+#[track_caller]
+fn x(found: Result<Program, Vec<Note>>) -> Vec<f64> {
+    let program = found.unwrap_or_else(|found| panic!("{found:?}"));
+    let of = |each| (end(each).1.translation.x * 1e9).round() / 1e6;
+    program.moves.iter().skip(1).map(of).collect()
+}
+
+#[track_caller]
+fn doubts(found: Result<Program, Vec<Note>>) -> Vec<(Code, usize)> {
+    let program = found.unwrap_or_else(|found| panic!("{found:?}"));
+    let told = program.warnings.iter().filter(|note| note.code.class() == Class::Doubt);
+    told.map(|note| (note.code, at(note))).collect()
+}
+
+#[track_caller]
+fn refused(found: Result<Program, Vec<Note>>, said: &str) {
+    let found = found.expect_err(said);
+    assert!(found.iter().any(|note| note.what.contains(said)), "{said}: {found:?}");
+}
+
+fn assuming(names: &[(&str, Assumed)]) -> Settings {
+    let assume = names.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+    Settings { assume, ..settings() }
+}
+
+const BRANCH: &str = "MoveL Offs(p0,1,0,0),v100,fine,tool0;\nELSE\n\
+                      MoveL Offs(p0,2,0,0),v100,fine,tool0;\nENDIF";
+
+/// RAPID's grammar has `[NOT] term {OR term}`, and a term is joined by AND.
+#[test]
+fn not_before_and_counts_where_its_reach_changes_nothing() {
+    let data = "VAR bool a:=FALSE;VAR bool b:=FALSE;VAR bool c:=TRUE;";
+    for (condition, expected) in [
+        ("NOT a AND c", 1.0),
+        ("NOT c AND c", 2.0),
+        ("(NOT a) AND b", 2.0),
+        ("NOT (a AND b)", 1.0),
+        ("NOT a AND c OR b", 1.0),
+        ("c AND NOT a", 1.0),
+    ] {
+        assert_eq!(
+            x(rapid(data, &format!("IF {condition} THEN\n{BRANCH}"))),
+            [expected],
+            "{condition}"
+        );
+    }
+    // NOT (FALSE AND FALSE) is TRUE, (NOT FALSE) AND FALSE is not.
+    for condition in ["NOT a AND b", "NOT a AND b OR a", "NOT c AND b"] {
+        refused(rapid(data, &format!("IF {condition} THEN\n{BRANCH}")), "put parentheses");
+    }
+}
+
+/// A num has seven digits: three times 0.1 is 0.3 or a little more.
+#[test]
+fn what_the_rounding_of_num_decides_is_not_known() {
+    let body = |condition: &str, step: &str| {
+        format!(
+            "x:=0;\nWHILE {condition} DO\nMoveL Offs(p0,10*x,0,0),v100,fine,tool0;\nx:=x+{step};\nENDWHILE"
+        )
+    };
+    let data = "VAR num x;";
+    for (condition, step) in [("x<=0.3", "0.1"), ("x<1", "0.1"), ("x<>0.3", "0.1")] {
+        refused(rapid(data, &body(condition, step)), "the rounding of num decides");
+    }
+    refused(
+        rapid(data, "FOR i FROM 0 TO 1 STEP 0.1 DO\nMoveL Offs(p0,i,0,0),v100,fine,tool0;\nENDFOR"),
+        "the rounding of num decides",
+    );
+    assert_eq!(x(rapid(data, &body("x<0.35", "0.1"))), [0.0, 1.0, 2.0, 3.0]);
+    assert_eq!(x(rapid(data, &body("x<=1", "0.5"))), [0.0, 5.0, 10.0]);
+    assert_eq!(x(rapid(data, &body("x<3", "1"))), [0.0, 10.0, 20.0]);
+}
+
+/// Persistent data belong to all tasks.
+#[test]
+fn persistent_data_that_no_file_sets_are_set_by_others() {
+    let asked = format!("IF go THEN\n{BRANCH}");
+    refused(rapid("PERS bool go;", &asked), "another task has it");
+    let off = "PERS bool go:=FALSE;";
+    assert_eq!(doubts(rapid(off, &asked)), [(Code::MotionLeftOut, 6)]);
+    for (value, expected) in [(true, 1.0), (false, 2.0)] {
+        let job = assuming(&[("go", Assumed::Truth(value))]);
+        for data in [off, "PERS bool go;"] {
+            assert_eq!(x(rapid_with(data, &asked, &job)), [expected]);
+            assert_eq!(doubts(rapid_with(data, &asked, &job)), []);
+        }
+    }
+    // What the program sets, and what decides about no move.
+    assert_eq!(doubts(rapid(off, &format!("go:=TRUE;\n{asked}"))), []);
+    assert_eq!(doubts(rapid(off, "IF go THEN\nSetDO lamp,1;\nENDIF")), []);
+    let mode = "PERS num mode:=2;";
+    let test = "TEST mode\nCASE 1:\nMoveL Offs(p0,1,0,0),v100,fine,tool0;\nDEFAULT:\nENDTEST";
+    assert_eq!(doubts(rapid(mode, test)), [(Code::MotionLeftOut, 6)]);
+    let job = assuming(&[("mode", Assumed::Number(1.0))]);
+    assert_eq!(x(rapid_with(mode, test, &job)), [1.0]);
+}
+
+#[test]
+fn exit_cycle_in_a_branch_leaves_the_moves_behind_it_to_the_next_cycle() {
+    let last = "MoveL Offs(p0,3,0,0),v100,fine,tool0;";
+    let data = "VAR num n:=0;";
+    assert_eq!(
+        doubts(rapid(data, &format!("n:=n+1;\nIF n<3 ExitCycle;\n{last}"))),
+        [(Code::MotionLeftOut, 8)]
+    );
+    assert_eq!(doubts(rapid(data, &format!("n:=n+1;\nIF n>3 ExitCycle;\n{last}"))), []);
+    assert_eq!(doubts(rapid(data, &format!("{last}\nIF n<3 ExitCycle;"))), []);
+    assert_eq!(doubts(rapid(data, &format!("{last}\nExitCycle;"))), []);
+}
+
+#[test]
+fn one_work_object_of_the_job_does_not_stand_for_two() {
+    let job = Settings { work_object: Some(Isometry3::translation(0.1, 0.0, 0.0)), ..settings() };
+    let body = |second: &str| {
+        format!(
+            "MoveL p0,v100,fine,tool0\\WObj:=wA;\nMoveL Offs(p0,1,0,0),v100,fine,tool0\\WObj:=wA;\n\
+             MoveL p0,v100,fine,tool0\\WObj:={second};"
+        )
+    };
+    let text = |second: &str| module("", &body(second)).replace("MoveL p0,v100,fine,tool0;\n", "");
+    let run = |second: &str| read(text(second).as_bytes(), Dialect::Rapid, &job);
+    assert_eq!(doubts(run("wA")), []);
+    assert_eq!(doubts(run("wB")), [(Code::ChangeIgnored, 7)]);
+}
+
+/// A joint that slides has its position in mm.
+#[test]
+fn sliding_joints_of_the_arm_are_in_mm() {
+    let body = "MoveAbsJ [[200,0,0,0,90,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;";
+    let job = Settings { sliding: vec![0], ..settings() };
+    let program = rapid_with("", body, &job).unwrap();
+    let detune::motion::Target::Joints(q) = &program.moves[1].to else { panic!() };
+    assert!(
+        (q[0] - 0.2).abs() < 1e-12 && (q[4] - 0.5 * std::f64::consts::PI).abs() < 1e-12,
+        "{q:?}"
+    );
+}
+
+#[test]
+fn functions_that_are_not_read_are_not_called_run_time() {
+    let frame =
+        "VAR pose f;\nf:=DefFrame(p0,p0,p0);\nMoveL Offs(p0,f.trans.x,0,0),v100,fine,tool0;";
+    refused(rapid("", frame), "function 'DefFrame' is not read");
+    let together = doubts(rapid("", "SyncMoveOn s1,tasks;\nMoveL Offs(p0,1,0,0),v100,fine,tool0;"));
+    assert_eq!(together, [(Code::ChangeIgnored, 6)]);
+}
+
+/// Timers run, cyclical flags are worked out all the time.
+#[test]
+fn timers_and_cyclical_flags_of_krl_change_by_themselves() {
+    let branch =
+        |condition: &str| format!("IF {condition} THEN\nLIN {{X 1}}\nELSE\nLIN {{X 2}}\nENDIF");
+    let timer =
+        format!("$TIMER[1]=0\n$TIMER_STOP[1]=FALSE\nWAIT SEC 10\n{}", branch("$TIMER[1]>5000"));
+    refused(krl(&timer), "'$TIMER[1]' is known only at run time");
+    let job = assuming(&[("$timer[1]", Assumed::Number(10_000.0))]);
+    assert_eq!(x(krl_with(&timer, &job)).last(), Some(&1.0));
+    let flag = format!("INT N\nN=1\n$CYCFLAG[1]=(N==1)\nN=2\n{}", branch("$CYCFLAG[1]"));
+    refused(krl(&flag), "'$CYCFLAG[1]' is known only at run time");
+    let plain = format!("INT N\nN=1\n$FLAG[1]=(N==1)\nN=2\n{}", branch("$FLAG[1]"));
+    assert_eq!(x(krl(&plain)), [1.0]);
+}
+
+/// KRL hands variables over by reference.
+#[test]
+fn a_routine_that_is_not_read_may_set_what_it_is_given() {
+    let body = |call: &str| format!("INT N\nN=1\n{call}\nIF N==1 THEN\nLIN {{X 1}}\nENDIF");
+    refused(krl(&body("MEAS(N)")), "'meas' is in no file that is read and may set it");
+    let job = assuming(&[("n", Assumed::Number(1.0))]);
+    assert_eq!(x(krl_with(&body("MEAS(N)"), &job)), [1.0]);
+    assert_eq!(x(krl(&body("MEAS(N+0)"))), [1.0]);
+}
+
+#[test]
+fn a_base_of_the_job_is_shifted_by_a_component() {
+    let base = Isometry3::translation(0.1, 0.0, 0.0);
+    let job = Settings { base_frames: [(2, base)].into(), ..settings() };
+    let body = "BASE_DATA[2].X=BASE_DATA[2].X+50\n$BASE=BASE_DATA[2]\n\
+                LIN {X 1,Y 0,Z 500,A 0,B 0,C 180}";
+    assert_eq!(x(krl_with(body, &job)), [151.0]);
+    refused(krl(body), "BASE_DATA[2] is in no file");
+}
+
+#[test]
+fn bits_of_whole_numbers_are_joined() {
+    for (expression, expected) in
+        [("255 B_AND 15", 15.0), ("8 B_OR 3", 11.0), ("12 B_EXOR 10", 6.0), ("1 + 2 B_AND 2", 2.0)]
+    {
+        assert_eq!(
+            x(krl(&format!("INT N\nN={expression}\nLIN {{X N}}"))),
+            [expected],
+            "{expression}"
+        );
+    }
+    refused(krl("REAL R\nR=1.5 B_AND 1\nLIN {X R}"), "is no INT");
+}
