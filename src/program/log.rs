@@ -170,6 +170,10 @@ impl Log {
         }
     }
 
+    pub(super) fn has_errors(&self) -> bool {
+        self.notes.errors() > 0
+    }
+
     /// More statements run than any program has; the program stops at this line.
     pub(super) fn runs_too_long(&mut self, line: usize) {
         let what = "the program runs too long here: a loop without an end, or one that an \

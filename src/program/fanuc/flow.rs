@@ -106,7 +106,7 @@ impl<'a> Run<'a> {
     fn label_ahead(&self, action: &str) -> Option<usize> {
         let target = action.get(3..).filter(|_| starts_with(action, "JMP"))?.trim();
         let (number, _) = self.registers.numbered(target, "LBL").ok()??;
-        self.labels.get(&number).copied().filter(|at| *at > self.next)
+        self.labels.get(&number).copied().filter(|at| *at >= self.next)
     }
 
     /// `SELECT R[1]=1,JMP LBL[1]` with the cases behind it, `=2,CALL x` and `ELSE,JMP LBL[9]`, each

@@ -47,8 +47,8 @@ impl Run<'_> {
         if !names.is_empty() {
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             let what = format!(
-                "{who} may set {}{more}: they are taken as this program has left them; assume: in \
-                 the job can say what they are behind it",
+                "{who} may set {}{more}, and what this program has left there is taken; assume: in \
+                 the job can say what is there behind it",
                 names.join(", ")
             );
             self.log.warning(Code::ChangeIgnored, line, what);

@@ -224,27 +224,30 @@ impl<'a> Registers<'a> {
         }
     }
 
-    /// Another may have set what the program has: the job's word counts where there is one. The
-    /// others, by name, stay as the program has them.
+    /// Another may have set what the program has: the job's word counts where there is one that has
+    /// not served before. The others, by name, stay as the program has them.
     pub(super) fn left_to_the_job(&mut self, by: &str) -> Vec<String> {
+        let has_word = |own: &Self, name: &str| {
+            own.given(name).is_some() && !own.started.borrow().contains(name)
+        };
         let mut others = Vec::new();
         for number in self.numbers.keys().copied().collect::<Vec<_>>() {
-            match self.given(&format!("r[{number}]")) {
-                Some(_) => self.lose_number(number, by),
-                None => others.push(format!("R[{number}]")),
+            match has_word(self, &format!("r[{number}]")) {
+                true => self.lose_number(number, by),
+                false => others.push(format!("R[{number}]")),
             }
         }
         for number in self.positions.keys().copied().collect::<Vec<_>>() {
-            let given = |element: i64| self.given(&format!("pr[{number},{element}]")).is_some();
+            let given = |element: i64| has_word(self, &format!("pr[{number},{element}]"));
             match (1..=POSE.len() as i64).any(given) {
                 true => self.lose_position(number, None, by),
                 false => others.push(format!("PR[{number}]")),
             }
         }
         for name in self.signals.keys().cloned().collect::<Vec<_>>() {
-            match self.given(&name.to_lowercase()) {
-                Some(_) => self.lose_signal(&name, by),
-                None => others.push(name),
+            match has_word(self, &name.to_lowercase()) {
+                true => self.lose_signal(&name, by),
+                false => others.push(name),
             }
         }
         others.sort();

@@ -192,7 +192,7 @@ impl<'a> Run<'a> {
                     let decides = ["IF", "SELECT", "JMP"];
                     let text = statement.text.trim();
                     self.is_lost |= decides.iter().any(|own| starts_with(text, own));
-                    if !why.contains(BEHIND_ERROR) {
+                    if !(self.log.has_errors() && why.contains(BEHIND_ERROR)) {
                         self.log.error(Code::Motion, statement.line, why);
                     }
                 }

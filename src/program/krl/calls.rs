@@ -42,14 +42,7 @@ impl<'a> Run<'a> {
             let what = format!("'{name}' is in no file that is read and moves");
             self.log.error(Code::Motion, line, what);
         } else {
-            self.not_read(line, name);
-            for path in args.iter().flatten().filter_map(|arg| match arg {
-                Expr::Ref(path) => Some(path),
-                _ => None,
-            }) {
-                let what = format!("'{name}' is in no file that is read and may set it");
-                self.leave_to_the_run(path, &what);
-            }
+            self.not_read(line, name, args);
         }
         Flow::Next
     }
@@ -58,13 +51,19 @@ impl<'a> Run<'a> {
         arg.map_or_else(|| Value::unknown("an argument is left out"), |expr| self.eval(expr))
     }
 
-    pub(super) fn not_read(&mut self, line: usize, name: &str) {
+    pub(super) fn not_read(&mut self, line: usize, name: &str, args: &'a [Option<Expr>]) {
         let what = format!(
             "'{name}' is in no file that is read: if it moves, or sets frames or data, that is \
              not read"
         );
         self.log.warning(Code::MotionLeftOut, line, what);
-        self.forget_signals(&format!("'{name}' is in no file that is read and may set it"));
+        let what = format!("'{name}' is in no file that is read and may set it");
+        self.forget_signals(&what);
+        for arg in args.iter().flatten() {
+            if let Expr::Ref(path) = arg {
+                self.leave_to_the_run(path, &what);
+            }
+        }
     }
 
     /// What CREAD, SREAD and the like fill in.

@@ -56,7 +56,8 @@ impl<'a> Run<'a> {
         const OPEN: &str = "a comparison stands beside AND, OR or EXOR, and which is evaluated \
                             first changes the result: put parentheses";
         let parts = all_of(vec![meant]);
-        if parts.iter().any(|part| matches!(part, Expr::Call(..))) {
+        let calls = |part: &&Expr| matches!(part, Expr::Call(name, _) if !is_own_function(name));
+        if parts.iter().any(calls) {
             // A function may do something each time that it is called.
             return Value::unknown(OPEN);
         }
@@ -392,7 +393,7 @@ impl<'a> Run<'a> {
             _ => {
                 self.fill(name, args);
                 if !is_own_function(name) {
-                    self.not_read(self.line, name);
+                    self.not_read(self.line, name, args);
                 }
                 Value::unknown(format!(
                     "function '{name}' is not read: its value is known only at run time"

@@ -419,7 +419,7 @@ impl<'a> Run<'a> {
                 for (name, args) in functions_in(expressions(&statement.what)) {
                     self.fill(name, args);
                     if !self.file.functions.contains_key(name) && !is_own_function(name) {
-                        self.not_read(own, name);
+                        self.not_read(own, name, args);
                     }
                 }
                 match &statement.what {
@@ -447,12 +447,12 @@ impl<'a> Run<'a> {
                         self.forget(path, &what);
                     }
                     What::If(_, yes, no) => open.extend([yes, no]),
-                    What::Call(name, _)
+                    What::Call(name, args)
                         if !self.file.routines.contains_key(name)
                             && name != "bas"
                             && !sounds_like_motion(name) =>
                     {
-                        self.not_read(own, name);
+                        self.not_read(own, name, args);
                     }
                     _ => {
                         self.decides(line, keyword, why);

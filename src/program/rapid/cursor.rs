@@ -7,6 +7,10 @@ use super::modules::{Renamed, named};
 use crate::program::span::Span;
 
 use super::syntax::{Args, Expr, Name, Operator, Optional, Path, Step};
+use super::walk::all_of;
+
+/// Expressions in one another that can be read in two ways.
+const MAX_WAYS: usize = 4;
 
 /// Nesting beyond this is no program that a person or a post-processor writes.
 const MAX_EXPRESSION_DEPTH: usize = 40;
@@ -198,6 +202,10 @@ impl<'a> Cursor<'a> {
         let mut left = self.unary()?;
         // What NOT is over where it is over all that AND joins.
         let mut negated = match &left {
+            // Each in another doubles what is kept.
+            Expr::Not(inner) if negates && ways_in(inner) >= MAX_WAYS => {
+                return Err("NOT stands before AND in too many others".to_owned());
+            }
             Expr::Not(inner) if negates => Some((*inner.clone(), false)),
             _ => None,
         };
@@ -359,6 +367,11 @@ impl<'a> Cursor<'a> {
         let fits = self.is_symbol(",") || self.is_symbol("\\") || self.is_symbol(end);
         if fits { Ok(()) } else { Err(self.expected(&format!("',' or '{end}'"))) }
     }
+}
+
+/// Expressions that can be read in two ways, one in another, along the first of both.
+fn ways_in(expr: &Expr) -> usize {
+    all_of(vec![expr]).iter().filter(|own| matches!(own, Expr::TwoWays(_))).count()
 }
 
 /// `first` with NOT over its first part alone, and what NOT may be over instead, if AND joins more.

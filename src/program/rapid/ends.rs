@@ -21,7 +21,7 @@ impl<'a> Interpreter<'a> {
             {
                 name.shown.as_str()
             }
-            _ if self.starts_again => return self.doubt_next_cycle(rest),
+            _ if self.starts_again => return self.doubt_next_cycle(end, rest),
             _ => return,
         };
         // A label may be jumped to from elsewhere.

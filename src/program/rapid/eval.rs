@@ -4,7 +4,7 @@
 use super::functions::{self, Given};
 use super::instructions::is_own_function;
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
-use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, Storage, What};
+use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
 use super::value::{
     Value, field, from_orientation, initial, initial_array, load0, orientation, position,
     within_depth, within_size,
@@ -282,11 +282,11 @@ impl<'a> Interpreter<'a> {
         match (declaration.name.key.as_str(), &declaration.value) {
             ("tool0", _) => Value::Tool0,
             ("wobj0", _) => Value::Wobj0,
-            (key, _) if declaration.class == Storage::Persistent && self.assumed(key).is_some() => {
+            (key, _) if declaration.is_persistent && self.assumed(key).is_some() => {
                 self.assumed(key).unwrap_or(Value::Absent)
             }
             (_, Some(expr)) => known(within_depth(self.eval(expr), 0)),
-            (_, None) if declaration.class == Storage::Persistent => Value::unknown(format!(
+            (_, None) if declaration.is_persistent => Value::unknown(format!(
                 "'{}' is PERS without a value in this file: another task has it",
                 declaration.name.shown
             )),
@@ -453,18 +453,23 @@ fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, Stri
     }
 }
 
-/// Refuses numbers of which rounding decides which is larger: the controller has seven digits.
-pub(super) fn apart(left: f64, right: f64) -> Result<(), String> {
+/// Refuses numbers of which rounding decides which is larger: the controller has seven digits. Of
+/// two that are equal here one may be a sum; whole numbers and binary fractions are exact there.
+fn apart(left: f64, right: f64) -> Result<(), String> {
     /// What some hundred sums lose, as a share.
     const ROUNDED: f64 = 1e-5;
-    let difference = (left - right).abs();
-    let is_whole = left.fract() == 0.0 && right.fract() == 0.0;
-    if difference == 0.0 || is_whole || difference > ROUNDED * left.abs().max(right.abs()) {
-        return Ok(());
-    }
-    Err(format!(
-        "{left} and {right} are compared, which the rounding of num decides: count in whole numbers"
-    ))
+    let is_exact = |number: f64| f64::from(number as f32) == number;
+    let is_far = (left - right).abs() > ROUNDED * left.abs().max(right.abs());
+    if is_far || is_exact(left) && is_exact(right) { Ok(()) } else { Err(rounded(right)) }
+}
+
+/// Why a comparison with such a number is not known.
+pub(super) fn rounded(near: f64) -> String {
+    format!(
+        "two numbers near {} are compared, and the rounding of num decides which is larger: count \
+         in whole numbers",
+        near as f32
+    )
 }
 
 pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
@@ -482,7 +487,9 @@ pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
             Ok(*number == f64::from(u8::from(*truth)))
         }
         (Value::Num(left), Value::Num(right)) => {
-            apart(*left, *right)?;
+            if left != right {
+                apart(*left, *right)?;
+            }
             Ok(left == right)
         }
         _ => Ok(left == right),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::carried::{Carrier, Holds, ToolFrame, WorkObject};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr};
+use super::syntax::{Args, Expr, Step};
 use super::value::{Value, pose};
 use crate::motion::Work;
 use crate::notes::Code;
@@ -67,7 +67,7 @@ impl<'a> Interpreter<'a> {
         &mut self,
         line: usize,
         given: Option<&Value>,
-        args: &Args,
+        args: &'a Args,
     ) -> Result<WorkObject, String> {
         match (given.unwrap_or(&Value::Wobj0), self.settings.work_object) {
             (Value::Wobj0, _) if self.stands_for.work_object => Ok(WorkObject::default()),
@@ -84,7 +84,8 @@ impl<'a> Interpreter<'a> {
             (Value::Unknown(why), Some(frame)) => {
                 let mut code = self.code_of_assumed(args.optional_value("wobj"));
                 let mut what = format!("work object: {why}; the job's work_object is used");
-                self.objects_of_job.insert(why.to_string());
+                let element = self.element_of(args.optional_value("wobj"));
+                self.objects_of_job.insert(format!("{}{element}", why.to_lowercase()));
                 if self.objects_of_job.len() > 1 {
                     // They differ, or there would be one.
                     code = Code::ChangeIgnored;
@@ -109,6 +110,20 @@ impl<'a> Interpreter<'a> {
                 object.map_err(|why| format!("work object: {why}"))
             }
         }
+    }
+
+    /// Which element of a list a work object is: one that is not known is another each time.
+    fn element_of(&mut self, object: Option<&'a Expr>) -> String {
+        let Some(Expr::Ref(path)) = object else { return String::new() };
+        let indices = path.steps.iter().flat_map(|step| match step {
+            Step::Index(indices) => indices.as_slice(),
+            Step::Field(_) => &[],
+        });
+        let shown = indices.map(|index| match self.eval(index).num() {
+            Ok(number) => format!("{{{number}}}"),
+            Err(_) => format!("{{? {}}}", self.objects_of_job.len()),
+        });
+        shown.collect()
     }
 
     /// uframe ∘ oframe of a work object, in the frame of what carries it.

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::instructions::{Motion, ToolAt, is_ignored, motion};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Block, Expr, Name, Optional, Path, Routine, Step, Storage, What};
+use super::syntax::{Args, Block, Expr, Name, Optional, Path, Routine, Step, What};
 use super::timed::SETS;
 use super::walk::{PLAIN, functions_of, names_in, statements_in};
 use crate::program::spindle_names::{doubt, is_spindles};
@@ -121,12 +121,7 @@ impl<'a> Interpreter<'a> {
     fn may_reach_others(&self, key: &str) -> bool {
         let is_local = self.frames.last().is_some_and(|frame| frame.contains_key(key));
         let is_plain = |kind: &str| PLAIN.contains(&kind) || self.file.records.contains_key(kind);
-        !is_local
-            && self
-                .file
-                .data
-                .get(key)
-                .is_none_or(|it| it.class == Storage::Persistent && is_plain(&it.kind))
+        !is_local && self.file.data.get(key).is_none_or(|it| it.is_persistent && is_plain(&it.kind))
     }
 
     /// Of all that blocks may do, and what they call in the files, if they run.

@@ -20,6 +20,7 @@ mod instructions;
 mod interpreter;
 mod lexer;
 mod load;
+mod loops;
 mod modules;
 mod moves;
 mod outputs;

@@ -233,7 +233,7 @@ impl<'a> Interpreter<'a> {
     /// the motion before.
     pub(super) fn current_target(
         &mut self,
-        args: &Args,
+        args: &'a Args,
         options: &[(String, Value)],
     ) -> Result<Value, String> {
         let last = self.log.last().ok_or_else(|| match self.log.has_moved() {

@@ -7,7 +7,7 @@ use super::cursor::{Cursor, Parsed};
 use super::lexer::Kind;
 use super::modules::{Renamed, renamed};
 use super::syntax::{
-    Args, Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, Storage, Trap, What,
+    Args, Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, Trap, What,
 };
 use crate::notes::Code;
 use crate::program::Settings;
@@ -57,7 +57,7 @@ fn declare_registers(file: &mut File) {
         let name = Name::new(shown);
         file.data.entry(name.key.clone()).or_insert_with(|| Declaration {
             line: 1,
-            class: Storage::Variable,
+            is_persistent: false,
             kind: "num".to_owned(),
             name,
             dimensions: Vec::new(),
@@ -179,11 +179,7 @@ impl<'a> Parser<'a> {
     /// `CONST robtarget p{2}:=…;`, from the storage class on.
     fn declaration(&mut self) -> Parsed<Declaration> {
         let line = self.line();
-        let class = match () {
-            () if self.cursor.is_any_word(&["PERS"]) => Storage::Persistent,
-            () if self.cursor.is_any_word(&["CONST"]) => Storage::Constant,
-            () => Storage::Variable,
-        };
+        let is_persistent = self.cursor.is_any_word(&["PERS"]);
         self.cursor.advance();
         let kind = self.cursor.name()?.key;
         let name = if self.depth > 0 { self.cursor.own_name(true)? } else { self.cursor.name()? };
@@ -192,7 +188,7 @@ impl<'a> Parser<'a> {
         let value =
             if self.cursor.take_symbol(":=") { Some(self.cursor.expression()?) } else { None };
         self.cursor.symbol(";")?;
-        Ok(Declaration { line, class, kind, name, dimensions, value })
+        Ok(Declaration { line, is_persistent, kind, name, dimensions, value })
     }
 
     fn routine(&mut self, end: &str, typed: bool) -> Parsed<Routine> {

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::eval::{apart, equal};
+use super::eval::equal;
 use super::filled::filled;
 use super::instructions::{self, is_own_function};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
@@ -194,7 +194,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// One of the blocks may run or not: harmless if they do not move; what they assign is lost.
-    fn undecided(
+    pub(super) fn undecided(
         &mut self,
         line: usize,
         keyword: &str,
@@ -369,98 +369,6 @@ impl<'a> Interpreter<'a> {
     fn is_declared(&self, key: &str) -> bool {
         self.frames.last().is_some_and(|frame| frame.contains_key(key))
             || self.file.data.contains_key(key)
-    }
-
-    /// `parts`: from, to, step.
-    fn for_loop(
-        &mut self,
-        line: usize,
-        variable: &'a Name,
-        parts: [Option<&'a Expr>; 3],
-        body: &'a Block,
-    ) -> Flow {
-        let mut numbers = [None; 3];
-        for (number, expr) in numbers.iter_mut().zip(parts) {
-            match expr.map(|expr| self.eval(expr).num()) {
-                None => {}
-                Some(Ok(value)) => *number = Some(value),
-                Some(Err(why)) => {
-                    let parts = parts.into_iter().flatten().collect();
-                    self.undecided(line, "FOR", &why, parts, std::iter::once(body));
-                    return Flow::Next;
-                }
-            }
-        }
-        let [Some(from), Some(to), step] = numbers else { return Flow::Next };
-        let step = step.unwrap_or(if to < from { -1.0 } else { 1.0 });
-        if step == 0.0 {
-            self.log.error(Code::Value, line, "FOR: STEP is 0");
-            return Flow::Next;
-        }
-        let outer = self.frames.last_mut().and_then(|frame| frame.remove(&variable.key));
-        let mut at = from;
-        let mut flow = Flow::Next;
-        loop {
-            if let Err(why) = apart(at, to) {
-                self.undecided(line, "FOR", &why, Vec::new(), std::iter::once(body));
-                break;
-            }
-            if (if step > 0.0 { at > to } else { at < to }) || !self.another_pass(line) {
-                break;
-            }
-            self.declare(&variable.key, "num", Value::Num(at));
-            flow = self.block(body);
-            if !matches!(flow, Flow::Next) {
-                break;
-            }
-            at += step;
-        }
-        if let Some(frame) = self.frames.last_mut() {
-            frame.remove(&variable.key);
-            frame.extend(outer.map(|datum| (variable.key.clone(), datum)));
-        }
-        flow
-    }
-
-    /// Loops with empty bodies end, too.
-    fn another_pass(&mut self, line: usize) -> bool {
-        match self.budget.checked_sub(1) {
-            Some(left) => {
-                self.budget = left;
-                true
-            }
-            None => {
-                self.log.runs_too_long(line);
-                false
-            }
-        }
-    }
-
-    fn while_loop(&mut self, line: usize, condition: &'a Expr, body: &'a Block) -> Flow {
-        if *condition == Expr::Bool(true) {
-            self.log.warning(
-                Code::MotionLeftOut,
-                line,
-                "an endless loop: read once, without the move from its end back to its beginning",
-            );
-            return match self.block(body) {
-                Flow::Next => Flow::Exit,
-                flow => flow,
-            };
-        }
-        loop {
-            match self.eval(condition).bool() {
-                Ok(true) if self.another_pass(line) => match self.block(body) {
-                    Flow::Next => {}
-                    flow => return flow,
-                },
-                Ok(_) => return Flow::Next,
-                Err(why) => {
-                    self.undecided(line, "WHILE", &why, vec![condition], std::iter::once(body));
-                    return Flow::Next;
-                }
-            }
-        }
     }
 
     fn test(

@@ -1,8 +1,8 @@
 //! What others decide: persistent data that no file sets, and what the next cycle finds.
 
 use super::interpreter::Interpreter;
-use super::syntax::{Block, Expr, Statement};
-use super::walk::names_in;
+use super::syntax::{Block, Expr, Statement, What};
+use super::walk::{blocks_in, names_in, statements_in};
 use crate::notes::Code;
 
 impl<'a> Interpreter<'a> {
@@ -33,9 +33,17 @@ impl<'a> Interpreter<'a> {
     }
 
     /// `ExitCycle` in a branch runs `main` again with the data of the modules as they are: another
-    /// branch may run then, with the moves behind it.
-    pub(super) fn doubt_next_cycle(&mut self, rest: &'a [Statement]) {
-        if let Some(first) = rest.iter().find(|statement| self.moves(&statement.what)) {
+    /// branch may run then, or what stands behind it.
+    pub(super) fn doubt_next_cycle(&mut self, end: &'a Statement, rest: &'a [Statement]) {
+        let is_exit = |what: &What| matches!(what, What::Call(name, _) if name.key == "exitcycle");
+        let other = |block: &&'a Block| !statements_in(std::iter::once(*block)).any(is_exit);
+        let branches = match &end.what {
+            What::If(..) | What::Test(..) => blocks_in(&end.what),
+            _ => Vec::new(),
+        };
+        let others = branches.into_iter().filter(other).flatten();
+        let first = others.chain(rest).find(|statement| self.moves(&statement.what));
+        if let Some(first) = first {
             let line = if first.line > 0 { first.line } else { self.line };
             let what = "ExitCycle starts the program again before this: what the next cycle does \
                         is not read";

@@ -132,18 +132,11 @@ pub(super) enum What {
     NotUnderstood(String),
 }
 
-/// CONST, VAR, or PERS, which other tasks have, too.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Storage {
-    Constant,
-    Variable,
-    Persistent,
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Declaration {
     pub(super) line: usize,
-    pub(super) class: Storage,
+    /// PERS: other tasks have it, too.
+    pub(super) is_persistent: bool,
     /// Type, in lower case.
     pub(super) kind: String,
     pub(super) name: Name,

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::instructions::{ToolAt, motion};
-use super::syntax::{Args, Block, Expr, File, Name, Optional, Routine, Step, Storage, What};
+use super::syntax::{Args, Block, Expr, File, Name, Optional, Routine, Step, What};
 
 /// The blocks of a statement.
 pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
@@ -82,31 +82,46 @@ pub(super) fn set_by_others(file: &File) -> HashSet<&str> {
     let mut found: HashSet<&str> = file
         .data
         .iter()
-        .filter(|(_, data)| {
-            data.class == Storage::Persistent && PLAIN.contains(&data.kind.as_str())
-        })
+        .filter(|(_, data)| data.is_persistent && PLAIN.contains(&data.kind.as_str()))
         .map(|(key, _)| key.as_str())
         .collect();
     let routines = file.procedures.values().chain(file.functions.values());
     let bodies = routines.map(|own| &own.body).chain(file.traps.iter().map(|trap| &trap.body));
     for what in statements_in(bodies) {
         match what {
+            // Back to what it is declared as: whoever waits for it resets it so.
+            What::Assign(path, value)
+                if path.is_whole()
+                    && file.data.get(&path.name.key).is_some_and(|own| {
+                        own.value.as_ref().is_some_and(|own| same_literal(own, value))
+                    }) => {}
             What::Assign(path, _) => {
                 found.remove(path.name.key.as_str());
             }
-            What::Call(_, args) => {
-                let options = args.optional.iter().filter_map(|(_, option)| match option {
-                    Optional::Value(expr) => Some(expr),
-                    _ => None,
-                });
-                for name in names_in(args.positional.iter().chain(options).collect()) {
-                    found.remove(name.key.as_str());
+            What::Call(name, args) => {
+                let own = file.procedures.get(&name.key).map(|own| own.parameters.as_slice());
+                for (i, argument) in args.positional.iter().enumerate() {
+                    // Of the controller's own instructions and of other files' nobody says.
+                    let may_set =
+                        own.is_none_or(|own| own.get(i).is_none_or(|own| own.by_reference));
+                    if let (true, Expr::Ref(path)) = (may_set, argument) {
+                        found.remove(path.name.key.as_str());
+                    }
                 }
             }
             _ => {}
         }
     }
     found
+}
+
+fn same_literal(a: &Expr, b: &Expr) -> bool {
+    match (a, b) {
+        (Expr::Number(a, _), Expr::Number(b, _)) => a == b,
+        (Expr::Bool(a), Expr::Bool(b)) => a == b,
+        (Expr::Text(a), Expr::Text(b)) => a == b,
+        _ => false,
+    }
 }
 
 /// What stands for a tool and for a work object.
@@ -216,7 +231,7 @@ pub(super) fn names_in(open: Vec<&Expr>) -> Vec<&Name> {
 }
 
 /// Expressions and those in them.
-fn all_of(mut open: Vec<&Expr>) -> Vec<&Expr> {
+pub(super) fn all_of(mut open: Vec<&Expr>) -> Vec<&Expr> {
     let mut found = Vec::new();
     while let Some(expr) = open.pop() {
         found.push(expr);

@@ -83,6 +83,9 @@ fn not_before_and_counts_where_its_reach_changes_nothing() {
     for condition in ["NOT a AND b", "NOT a AND b OR a", "NOT c AND b"] {
         refused(rapid(data, &format!("IF {condition} THEN\n{BRANCH}")), "put parentheses");
     }
+    let nested = (0..15).fold("a".to_owned(), |inner, _| format!("NOT ({inner} AND c) AND c"));
+    // Both ways of each would be kept in both of the next.
+    assert!(rapid(data, &format!("IF {nested} THEN\n{BRANCH}")).is_err());
 }
 
 /// A num has seven digits: three times 0.1 is 0.3 or a little more.
@@ -94,9 +97,19 @@ fn what_the_rounding_of_num_decides_is_not_known() {
         )
     };
     let data = "VAR num x;";
-    for (condition, step) in [("x<=0.3", "0.1"), ("x<1", "0.1"), ("x<>0.3", "0.1")] {
+    // Seven times 0.1 is 0.7 with sixteen digits.
+    for (condition, step) in
+        [("x<=0.3", "0.1"), ("x<1", "0.1"), ("x<>0.3", "0.1"), ("x<=0.7", "0.1")]
+    {
         refused(rapid(data, &body(condition, step)), "the rounding of num decides");
     }
+    // 0.1 + 6 · 0.1 is 0.7 with sixteen digits and more with seven.
+    let way = |from: &str, to: &str, step: &str| {
+        let body = "MoveL Offs(p0,i,0,0),v100,fine,tool0;";
+        rapid(data, &format!("FOR i FROM {from} TO {to} STEP {step} DO\n{body}\nENDFOR"))
+    };
+    refused(way("0.1", "0.7", "0.1"), "the rounding of num decides");
+    assert_eq!(x(way("0", "1", "0.25")).len(), 5);
     refused(
         rapid(data, "FOR i FROM 0 TO 1 STEP 0.1 DO\nMoveL Offs(p0,i,0,0),v100,fine,tool0;\nENDFOR"),
         "the rounding of num decides",
@@ -120,6 +133,19 @@ fn persistent_data_that_no_file_sets_are_set_by_others() {
             assert_eq!(doubts(rapid_with(data, &asked, &job)), []);
         }
     }
+    // Loops ask, too.
+    let count = "PERS num n:=2;";
+    let move_there = "MoveL Offs(p0,1,0,0),v100,fine,tool0;";
+    for head in ["FOR i FROM 1 TO n", "WHILE n<1"] {
+        let end = if head.starts_with('F') { "ENDFOR" } else { "ENDWHILE" };
+        let body = format!("{head} DO\n{move_there}\n{end}");
+        assert_eq!(doubts(rapid(count, &body)), [(Code::MotionLeftOut, 6)], "{head}");
+    }
+    // To show it, and to take it back, is not to set it.
+    let shown = format!("TPWrite \"go\" \\Bool:=go;\n{asked}");
+    assert_eq!(doubts(rapid(off, &shown)), [(Code::MotionLeftOut, 7)]);
+    let answered = format!("{asked}\ngo:=FALSE;");
+    assert_eq!(doubts(rapid(off, &answered)), [(Code::MotionLeftOut, 6)]);
     // What the program sets, and what decides about no move.
     assert_eq!(doubts(rapid(off, &format!("go:=TRUE;\n{asked}"))), []);
     assert_eq!(doubts(rapid(off, "IF go THEN\nSetDO lamp,1;\nENDIF")), []);
@@ -140,6 +166,8 @@ fn exit_cycle_in_a_branch_leaves_the_moves_behind_it_to_the_next_cycle() {
     );
     assert_eq!(doubts(rapid(data, &format!("n:=n+1;\nIF n>3 ExitCycle;\n{last}"))), []);
     assert_eq!(doubts(rapid(data, &format!("{last}\nIF n<3 ExitCycle;"))), []);
+    let other = format!("IF n<3 THEN\nn:=n+1;\nExitCycle;\nELSE\n{last}\nENDIF");
+    assert_eq!(doubts(rapid(data, &other)), [(Code::MotionLeftOut, 10)]);
     assert_eq!(doubts(rapid(data, &format!("{last}\nExitCycle;"))), []);
 }
 
@@ -155,7 +183,11 @@ fn one_work_object_of_the_job_does_not_stand_for_two() {
     let text = |second: &str| module("", &body(second)).replace("MoveL p0,v100,fine,tool0;\n", "");
     let run = |second: &str| read(text(second).as_bytes(), Dialect::Rapid, &job);
     assert_eq!(doubts(run("wA")), []);
+    assert_eq!(doubts(run("WA")), []);
     assert_eq!(doubts(run("wB")), [(Code::ChangeIgnored, 7)]);
+    let listed = text("w{2}").replace("wA", "w{1}");
+    let listed = read(listed.as_bytes(), Dialect::Rapid, &job);
+    assert_eq!(doubts(listed), [(Code::ChangeIgnored, 7)]);
 }
 
 /// A joint that slides has its position in mm.
@@ -204,6 +236,7 @@ fn a_routine_that_is_not_read_may_set_what_it_is_given() {
     let job = assuming(&[("n", Assumed::Number(1.0))]);
     assert_eq!(x(krl_with(&body("MEAS(N)"), &job)), [1.0]);
     assert_eq!(x(krl(&body("MEAS(N+0)"))), [1.0]);
+    refused(krl(&body("OK=MEAS(N)")), "'meas' is in no file that is read and may set it");
 }
 
 #[test]

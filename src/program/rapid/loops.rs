@@ -1,0 +1,108 @@
+//! FOR and WHILE.
+
+use super::eval::rounded;
+use super::interpreter::{Flow, Interpreter};
+use super::syntax::{Block, Expr, Name};
+use super::value::Value;
+use crate::notes::Code;
+
+impl<'a> Interpreter<'a> {
+    /// `parts`: from, to, step.
+    pub(super) fn for_loop(
+        &mut self,
+        line: usize,
+        variable: &'a Name,
+        parts: [Option<&'a Expr>; 3],
+        body: &'a Block,
+    ) -> Flow {
+        self.doubt_shared(line, "FOR", parts.into_iter().flatten().collect(), vec![body]);
+        let mut numbers = [None; 3];
+        for (number, expr) in numbers.iter_mut().zip(parts) {
+            match expr.map(|expr| self.eval(expr).num()) {
+                None => {}
+                Some(Ok(value)) => *number = Some(value),
+                Some(Err(why)) => {
+                    let parts = parts.into_iter().flatten().collect();
+                    self.undecided(line, "FOR", &why, parts, std::iter::once(body));
+                    return Flow::Next;
+                }
+            }
+        }
+        let [Some(from), Some(to), step] = numbers else { return Flow::Next };
+        let step = step.unwrap_or(if to < from { -1.0 } else { 1.0 });
+        if step == 0.0 {
+            self.log.error(Code::Value, line, "FOR: STEP is 0");
+            return Flow::Next;
+        }
+        let outer = self.frames.last_mut().and_then(|frame| frame.remove(&variable.key));
+        let (mut at, mut single) = (from, from as f32);
+        let mut flow = Flow::Next;
+        loop {
+            let is_behind = if step > 0.0 { at > to } else { at < to };
+            // The controller counts with seven digits.
+            let is_behind_there = if step > 0.0 { single > to as f32 } else { single < to as f32 };
+            if is_behind != is_behind_there {
+                let why = rounded(to);
+                self.undecided(line, "FOR", &why, Vec::new(), std::iter::once(body));
+                break;
+            }
+            if is_behind || !self.another_pass(line) {
+                break;
+            }
+            self.declare(&variable.key, "num", Value::Num(at));
+            flow = self.block(body);
+            if !matches!(flow, Flow::Next) {
+                break;
+            }
+            at += step;
+            single += step as f32;
+        }
+        if let Some(frame) = self.frames.last_mut() {
+            frame.remove(&variable.key);
+            frame.extend(outer.map(|datum| (variable.key.clone(), datum)));
+        }
+        flow
+    }
+
+    /// Loops with empty bodies end, too.
+    fn another_pass(&mut self, line: usize) -> bool {
+        match self.budget.checked_sub(1) {
+            Some(left) => {
+                self.budget = left;
+                true
+            }
+            None => {
+                self.log.runs_too_long(line);
+                false
+            }
+        }
+    }
+
+    pub(super) fn while_loop(&mut self, line: usize, condition: &'a Expr, body: &'a Block) -> Flow {
+        if *condition == Expr::Bool(true) {
+            self.log.warning(
+                Code::MotionLeftOut,
+                line,
+                "an endless loop: read once, without the move from its end back to its beginning",
+            );
+            return match self.block(body) {
+                Flow::Next => Flow::Exit,
+                flow => flow,
+            };
+        }
+        self.doubt_shared(line, "WHILE", vec![condition], vec![body]);
+        loop {
+            match self.eval(condition).bool() {
+                Ok(true) if self.another_pass(line) => match self.block(body) {
+                    Flow::Next => {}
+                    flow => return flow,
+                },
+                Ok(_) => return Flow::Next,
+                Err(why) => {
+                    self.undecided(line, "WHILE", &why, vec![condition], std::iter::once(body));
+                    return Flow::Next;
+                }
+            }
+        }
+    }
+}
