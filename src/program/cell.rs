@@ -225,7 +225,7 @@ impl External {
             match self.joints.iter().find(|(_, axis)| axis.joint == index) {
                 None => {
                     let slides = self.sliding.contains(&index);
-                    let own = arm.next().map(|position| *position);
+                    let own = arm.next().copied();
                     found.extend(own.map(|position| match slides {
                         true => m_from_mm(deg_from_rad(position)),
                         false => position,
