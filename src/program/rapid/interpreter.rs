@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::Isometry3;
 
 use super::carried::WorkObject;
-use super::syntax::File;
+use super::syntax::{Expr, File};
 use super::timed::Timed;
 use super::value::Value;
 use super::walk::{Named, set_by_others};
@@ -86,6 +86,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) forgotten: HashSet<String>,
     /// Data that no file declares, as the program sets them.
     pub(super) assigned: HashMap<&'a str, Value>,
+    /// Conditions that have been looked at for what others set.
+    pub(super) asked_of_others: HashSet<*const Expr>,
     /// Whether ExitCycle has ended the program.
     pub(super) starts_again: bool,
     /// Persistent data that no file sets, by name in lower case.
@@ -139,6 +141,7 @@ impl<'a> Interpreter<'a> {
             given_on: HashSet::new(),
             analog: Analog::default(),
             assigned: HashMap::new(),
+            asked_of_others: HashSet::new(),
             starts_again: false,
             set_by_others: set_by_others(file),
             objects_of_job: HashSet::new(),

@@ -14,6 +14,11 @@ impl<'a> Interpreter<'a> {
         conditions: Vec<&'a Expr>,
         blocks: Vec<&'a Block>,
     ) {
+        // A loop asks often.
+        let place = conditions.first().map(|first| std::ptr::from_ref(*first));
+        if place.is_none_or(|place| !self.asked_of_others.insert(place)) {
+            return;
+        }
         let mut names = names_in(conditions).into_iter();
         let others = names.find(|name| {
             self.set_by_others.contains(name.key.as_str())
