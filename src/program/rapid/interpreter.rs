@@ -1,5 +1,6 @@
 //! The state of a program that runs: its data, what it has called, where the last motion went.
 
+use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
 
 use nalgebra::Isometry3;
@@ -92,6 +93,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) starts_again: bool,
     /// Persistent data that no file sets, by name in lower case.
     pub(super) set_by_others: HashSet<&'a str>,
+    /// Data on which motion may depend, where somebody has asked.
+    pub(super) of_motion: OnceCell<HashSet<&'a str>>,
     /// For which work objects that no file declares the job's has stood: why each is not known.
     pub(super) objects_of_job: HashSet<String>,
     /// Data of the module that traps set, with what the job assumes of them.
@@ -144,6 +147,7 @@ impl<'a> Interpreter<'a> {
             asked_of_others: HashSet::new(),
             starts_again: false,
             set_by_others: set_by_others(file),
+            of_motion: OnceCell::new(),
             objects_of_job: HashSet::new(),
             trapped: HashMap::new(),
             stands_for: Named::default(),

@@ -23,10 +23,13 @@ const STATEMENTS_A_STEP: usize = 50;
 /// The instruction that says how the tool turns on arcs.
 const CIR_PATH_MODE: &str = "cirpathmode";
 
+/// Instructions that stand for what they set: no datum has their names.
+pub(super) const STAND_FOR: [&str; 2] = [GRIP, CIR_PATH_MODE];
+
 const DEPENDS: &str = " depends on a condition: ";
 
 /// What a block would change if it ran.
-enum Effect<'a> {
+pub(super) enum Effect<'a> {
     /// Data alone.
     Data(Vec<&'a Name>),
     /// Motion, or which statements run.
@@ -237,7 +240,12 @@ impl<'a> Interpreter<'a> {
     }
 
     /// `is_called`: of a routine, which RETURN ends alone; `seen`: routines counted already.
-    fn effect(&self, block: &'a Block, is_called: bool, seen: &mut HashSet<&'a str>) -> Effect<'a> {
+    pub(super) fn effect(
+        &self,
+        block: &'a Block,
+        is_called: bool,
+        seen: &mut HashSet<&'a str>,
+    ) -> Effect<'a> {
         let effect = |statement: &'a Statement| {
             let what = &statement.what;
             let asked = self.effect_of_functions(functions_in(what), seen);
@@ -307,11 +315,8 @@ impl<'a> Interpreter<'a> {
         }
         match name.key.as_str() {
             "incr" | "decr" | "add" | "clear" => Effect::Data(references.collect()),
-            // Stands for what the gripper holds: no datum has this name.
-            GRIP => Effect::Data(vec![name]),
+            key if STAND_FOR.contains(&key) => Effect::Data(vec![name]),
             "mechunitload" | "confj" | "confl" => Effect::Data(Vec::new()),
-            // So does this for how the tool turns on arcs.
-            CIR_PATH_MODE => Effect::Data(vec![name]),
             "waituntil" => {
                 let waited = names_in(args.positional.iter().collect());
                 Effect::Data(waited.into_iter().chain(names_of(filled(name, args))).collect())

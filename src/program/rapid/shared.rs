@@ -1,12 +1,17 @@
 //! What others decide: persistent data that no file sets, and what the next cycle finds.
 
+use std::collections::{HashMap, HashSet};
+
+use super::instructions::is_ignored;
 use super::interpreter::Interpreter;
-use super::syntax::{Block, Expr, Statement, What};
-use super::walk::{blocks_in, names_in, statements_in};
+use super::run::{Effect, STAND_FOR};
+use super::syntax::{Block, Expr, File, Name, Optional, Statement, What};
+use super::walk::{blocks_in, expressions_in, names_in, statements_in};
 use crate::notes::Code;
 
 impl<'a> Interpreter<'a> {
-    /// Of branches of which some move and some do not as data decide that only others set.
+    /// Of branches that move, leave the routine, or set what later moves need, and of which data
+    /// decide that only others set.
     pub(super) fn doubt_shared(
         &mut self,
         line: usize,
@@ -25,16 +30,30 @@ impl<'a> Interpreter<'a> {
                 && !self.frames.last().is_some_and(|frame| frame.contains_key(&name.key))
                 && self.assumed(&name.key).is_none()
         });
-        let Some(name) = others.filter(|_| !blocks.iter().all(|block| self.is_still(block))) else {
-            return;
+        let Some(name) = others else { return };
+        let all: Effect<'a> =
+            blocks.iter().map(|block| self.effect(block, false, &mut HashSet::new())).collect();
+        let decided = match all {
+            Effect::Motion => "which moves are read".to_owned(),
+            Effect::Data(set) => match set.into_iter().find(|own| self.is_of_motion(own)) {
+                Some(own) => format!("what '{}' is", own.shown),
+                None => return,
+            },
         };
         let (shown, key) = (&name.shown, &name.key);
         let what = format!(
             "{keyword} asks for '{shown}', which is PERS and which no file that is read sets: the \
-             value of its declaration decides which moves are read; assume: {{{key}: …}} in the \
-             job can settle it"
+             value of its declaration decides {decided}; assume: {{{key}: …}} in the job can \
+             settle it"
         );
         self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
+    /// Whether motion may depend on a datum, or on what an instruction of this name sets.
+    fn is_of_motion(&self, name: &Name) -> bool {
+        let key = name.key.as_str();
+        let all = self.of_motion.get_or_init(|| of_motion(self.file));
+        all.contains(key) || STAND_FOR.contains(&key)
     }
 
     /// `ExitCycle` in a branch runs `main` again with the data of the modules as they are: another
@@ -54,5 +73,86 @@ impl<'a> Interpreter<'a> {
                         is not read";
             self.log.warning(Code::MotionLeftOut, line, what);
         }
+    }
+}
+
+/// The names of data on which motion, outputs, or which statements run may depend. Data of one name
+/// in several routines count as one.
+fn of_motion(file: &File) -> HashSet<&str> {
+    let mut open: Vec<&str> = Vec::new();
+    // What a datum is worked out of.
+    let mut sources: HashMap<&str, Vec<&str>> = HashMap::new();
+    for (key, data) in &file.data {
+        sources.entry(key).or_default().extend(keys_in(data.value.iter().collect()));
+    }
+    let routines = file.procedures.values().chain(file.functions.values());
+    let bodies = routines.map(|own| &own.body).chain(file.traps.iter().map(|trap| &trap.body));
+    for what in statements_in(bodies) {
+        let used = keys_in(expressions_in(what));
+        match what {
+            What::Declare(own) => sources.entry(&own.name.key).or_default().extend(used),
+            What::Assign(path, _) => sources.entry(&path.name.key).or_default().extend(used),
+            What::Call(name, args) => match file.procedures.get(&name.key) {
+                Some(own) => {
+                    let required = own.parameters.iter().filter(|own| !own.optional);
+                    for (parameter, given) in required.zip(&args.positional) {
+                        let (own, given) = (parameter.name.key.as_str(), keys_in(vec![given]));
+                        if parameter.by_reference {
+                            given.iter().for_each(|key| sources.entry(key).or_default().push(own));
+                        }
+                        sources.entry(own).or_default().extend(given);
+                    }
+                    open.extend(args.optional.iter().flat_map(|(_, value)| match value {
+                        Optional::Value(value) => keys_in(vec![value]),
+                        _ => Vec::new(),
+                    }));
+                }
+                // A signal is no datum.
+                None if sets_output(&name.key) => {
+                    open.extend(keys_in(args.positional.iter().skip(1).collect()));
+                }
+                None if acts(&name.key) => open.extend(used),
+                None => {}
+            },
+            What::Return(_) => open.extend(used),
+            _ if statements_in(blocks_in(what).into_iter()).any(decides) => open.extend(used),
+            // Blocks that only assign.
+            _ => {
+                for inner in statements_in(blocks_in(what).into_iter()) {
+                    if let What::Assign(path, _) = inner {
+                        sources.entry(&path.name.key).or_default().extend(used.iter().copied());
+                    }
+                }
+            }
+        }
+    }
+    let mut found = HashSet::new();
+    while let Some(key) = open.pop() {
+        if found.insert(key) {
+            open.extend(sources.get(key).into_iter().flatten());
+        }
+    }
+    found
+}
+
+fn keys_in(open: Vec<&Expr>) -> Vec<&str> {
+    names_in(open).into_iter().map(|name| name.key.as_str()).collect()
+}
+
+/// Whether an instruction that no file declares moves, or sets outputs.
+fn acts(key: &str) -> bool {
+    !is_ignored(key) || sets_output(key)
+}
+
+fn sets_output(key: &str) -> bool {
+    is_ignored(key) && (key.starts_with("set") || key.starts_with("trigg"))
+}
+
+/// Whether a statement in a branch makes its condition one of motion.
+fn decides(what: &What) -> bool {
+    match what {
+        What::Call(name, _) => acts(&name.key),
+        What::Return(_) | What::Goto(_) | What::NotUnderstood(_) => true,
+        _ => false,
     }
 }

@@ -182,7 +182,7 @@ fn own_names(routine: &Routine) -> HashSet<&str> {
 }
 
 /// The expressions of a statement, its blocks aside.
-fn expressions_in(what: &What) -> Vec<&Expr> {
+pub(super) fn expressions_in(what: &What) -> Vec<&Expr> {
     let mut open: Vec<&Expr> = Vec::new();
     match what {
         What::Declare(declaration) => {

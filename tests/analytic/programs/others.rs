@@ -146,6 +146,17 @@ fn persistent_data_that_no_file_sets_are_set_by_others() {
     assert_eq!(doubts(rapid(off, &shown)), [(Code::MotionLeftOut, 7)]);
     let answered = format!("{asked}\ngo:=FALSE;");
     assert_eq!(doubts(rapid(off, &answered)), [(Code::MotionLeftOut, 6)]);
+    // What later moves need, by way of other data and routines; what they do not need.
+    let speed = "PERS bool go:=FALSE;\nVAR speeddata v:=v100;\nVAR num n:=0;";
+    let last = "MoveL p0,v,fine,tool0;";
+    for branch in ["v:=v200;", "n:=1;", "Incr n;", "RETURN;", "CirPathMode\\ObjectFrame;"] {
+        let body = format!("IF go THEN\n{branch}\nENDIF\nIF n>0 v:=v50;\n{last}");
+        assert_eq!(doubts(rapid(speed, &body)), [(Code::MotionLeftOut, 8)], "{branch}");
+        let job = assuming(&[("go", Assumed::Truth(false))]);
+        assert_eq!(doubts(rapid_with(speed, &body, &job)), [], "{branch}");
+    }
+    let counted = format!("IF go n:=1;\nTPWrite \"n\" \\Num:=n;\n{last}");
+    assert_eq!(doubts(rapid(speed, &counted)), []);
     // What the program sets, and what decides about no move.
     assert_eq!(doubts(rapid(off, &format!("go:=TRUE;\n{asked}"))), []);
     assert_eq!(doubts(rapid(off, "IF go THEN\nSetDO lamp,1;\nENDIF")), []);
