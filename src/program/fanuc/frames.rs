@@ -79,17 +79,19 @@ impl Run<'_> {
         for (at, short, long, chosen) in
             [(0, "UF", "UFRAME_NUM", self.frame), (1, "UT", "UTOOL_NUM", self.tool)]
         {
-            if let (Some(own), Some(chosen)) = (of_point[at], chosen)
-                && own != chosen
-            {
-                return Err(format!(
-                    "{name} has {short} : {own}, and {long} is {chosen} here: the controller stops \
-                     with an alarm"
-                ));
-            }
-            // Under another than its own the controller would stop.
-            if of_point[at].is_some() {
-                self.chosen_by[at] = None;
+            let Some(own) = of_point[at] else { continue };
+            let may_be_another = self.chosen_by[at].take().is_some();
+            match chosen {
+                Some(chosen) if chosen != own && !may_be_another => {
+                    return Err(format!(
+                        "{name} has {short} : {own}, and {long} is {chosen} here: the controller \
+                         stops with an alarm"
+                    ));
+                }
+                // Under another than its own the controller would stop.
+                Some(_) if at == 0 => self.frame = Some(own),
+                Some(_) => self.tool = Some(own),
+                None => {}
             }
         }
         self.of_target = [frame.or(self.of_target[0]), group.tool.or(self.of_target[1])];

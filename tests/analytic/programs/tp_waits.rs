@@ -195,6 +195,16 @@ fn a_frame_that_the_program_has_set_behind_a_call() {
     assert_eq!(chosen(""), [8, 8]);
     assert_eq!(chosen("UFRAME_NUM=1 ;\n"), [9]);
     assert_eq!(chosen(MOVE), NONE);
+    // It is the number of the position even where the program has chosen another before the call.
+    let other = "UFRAME_NUM=2 ;\nUTOOL_NUM=2 ;\n";
+    let behind = "PR[1]=P[2] ;\nL PR[1] 9mm/sec FINE ;\n";
+    let ends = |text: &str| {
+        tp(text).map(|found| found.moves.iter().map(|own| own.to.clone()).collect::<Vec<_>>())
+    };
+    let expected = ends(&format!("{MOVE}{behind}")).unwrap();
+    assert_eq!(ends(&format!("{other}CALL FRAMES ;\n{MOVE}{behind}")).unwrap(), expected);
+    assert_refused(&tp(&format!("{other}{MOVE}")), 8, &["the controller stops"]);
+    assert_refused(&tp(&format!("CALL FRAMES ;\n{other}{MOVE}")), 9, &["the controller stops"]);
 }
 
 /// FOR counts on, which is a doubt.
