@@ -13,12 +13,12 @@ use super::raw::job as raw;
 use super::waypoints::{FromPrograms, OperationContext, PathMoves, ProgramSays};
 use crate::formats::text::read_bytes;
 use crate::formats::yaml::{Node, Step};
-use crate::model::{JointKind, Robot};
+use crate::model::{JointKind, Placement, Robot, forward_kinematics};
 use crate::motion::{MechanicalUnit, UnitAxis};
 use crate::notes::{Code, Note, Notes};
 use crate::program::{
     self, Companion, Coordinates, Dialect, DwellUnit, J3From, LengthUnit, Program, RAPID_M_PER_S,
-    RotaryAxis, SetBy, Setter, Settings,
+    RotaryAxis, SetBy, Setter, Settings, TipAt,
 };
 
 /// Languages of programs that are known by their extensions and not read.
@@ -239,6 +239,16 @@ fn companions(
     Some(found)
 }
 
+fn tip_at(robot: &Robot) -> TipAt {
+    let (robot, placement) = (robot.clone(), Placement::new(robot));
+    TipAt::new(move |q| {
+        robot.check_pose(q).ok()?;
+        let mut placement = placement.clone();
+        placement.place_joints(&robot, q);
+        Some(forward_kinematics(&robot, &placement))
+    })
+}
+
 /// The joints that slide.
 fn sliding(robot: &Robot) -> Vec<usize> {
     let joints = robot.joints().iter().enumerate();
@@ -262,6 +272,7 @@ fn settings(
         rapid_m_per_s: RAPID_M_PER_S,
         joint_count: context.robot?.joints().len(),
         sliding: sliding(context.robot?),
+        tip_at: Some(tip_at(context.robot?)),
         spindle_from: raw.spindle_from.as_ref().and_then(|from| {
             let raw::SpindleFrom { signal, procedure, argument, comment, rpm_per_unit } = from;
             let what = [signal, procedure, comment];

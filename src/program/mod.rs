@@ -70,7 +70,7 @@ pub use crate::motion::{MechanicalUnit, UnitAxis};
 pub use rewrite::{NewSpeed, Rewrite, Rewritten, rewrite, rewrite_all};
 pub use settings::{
     Assumed, Companion, Coordinates, DwellUnit, ExternalAxis, J3From, LengthUnit, RotaryAxis,
-    SetBy, Setter, Settings,
+    SetBy, Setter, Settings, TipAt,
 };
 
 use std::fmt;

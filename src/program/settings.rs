@@ -1,6 +1,7 @@
 //! What a program does not say and its reader needs to know.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Unit, Vector3};
@@ -27,6 +28,8 @@ pub struct Settings {
     pub joint_count: usize,
     /// Those that slide, by index from base to tip: a program gives their positions in mm.
     pub sliding: Vec<usize>,
+    /// Where the robot has its tip; Fanuc's lines and arcs to positions in joints need it.
+    pub tip_at: Option<TipAt>,
     /// RAPID: where the program sets the spindle's speed, which the language has no word for.
     pub spindle_from: Option<SetBy>,
     /// Spindle speed that the job states for the whole program, rev/min.
@@ -73,6 +76,7 @@ impl Default for Settings {
             rapid_m_per_s: RAPID_M_PER_S,
             joint_count: 0,
             sliding: Vec::new(),
+            tip_at: None,
             spindle_from: None,
             spindle_rpm: None,
             tool_from: None,
@@ -90,6 +94,36 @@ impl Default for Settings {
             companions: Vec::new(),
             assume: BTreeMap::new(),
         }
+    }
+}
+
+/// The pose of a robot's tip in the base frame by its joint positions, rad or m, from base to tip;
+/// `None` where these are no pose of it.
+#[derive(Clone)]
+pub struct TipAt(Arc<dyn Fn(&[f64]) -> Option<Isometry3<f64>> + Send + Sync>);
+
+impl TipAt {
+    /// By a function.
+    pub fn new(tip: impl Fn(&[f64]) -> Option<Isometry3<f64>> + Send + Sync + 'static) -> Self {
+        Self(Arc::new(tip))
+    }
+
+    /// The tip at `q`.
+    pub fn at(&self, q: &[f64]) -> Option<Isometry3<f64>> {
+        (self.0)(q)
+    }
+}
+
+impl fmt::Debug for TipAt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("TipAt")
+    }
+}
+
+/// Two are equal if they are of one robot.
+impl PartialEq for TipAt {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
     }
 }
 

@@ -100,6 +100,14 @@ impl Run<'_> {
             let [frame, tool] = [shift.frame, shift.tool].map(Translation3::from);
             *place = base * frame * base.inverse() * *place * tool;
         }
+        if kind != "J" {
+            if let (Some(Place::Joints(q)), Some(arm)) = (places.last(), self.external.arm()) {
+                self.log.configure(Some(ends_in(q, &arm)));
+            }
+            for place in &mut places {
+                *place = self.led_to(place, &tcp)?;
+            }
+        }
         let turned = self.turn_to(places.last(), &tcp);
         let pace = self.pace(statement, term, kind, turned)?;
         if kind != "J" {
@@ -131,6 +139,14 @@ impl Run<'_> {
             self.act(statement, action);
         }
         Ok(())
+    }
+
+    /// A line or an arc to joint positions goes to where the robot has the tool there.
+    fn led_to(&self, place: &Place, tcp: &Isometry3<f64>) -> Result<Place, String> {
+        let Place::Joints(q) = place else { return Ok(place.clone()) };
+        let joints = self.external.joints(q)?;
+        let tip = self.settings.tip_at.as_ref().and_then(|tip| tip.at(&joints));
+        Ok(Place::Pose(tip.ok_or("a line or arc to joint positions")? * tcp))
     }
 
     /// To a place that only the controller knows, as HOME is: before all other motion and behind it
@@ -178,7 +194,8 @@ impl Run<'_> {
             let text = run.source.statements.get(at?)?.text.trim();
             let rest = text.strip_prefix('A')?.trim_start();
             let (aim, _) = run.aim(line, rest).ok()?;
-            match run.resolve(line, &aim.group).ok()?.0 {
+            let (place, tcp) = run.resolve(line, &aim.group).ok()?;
+            match run.led_to(&place, &tcp).ok()? {
                 Place::Pose(pose) => Some(pose),
                 Place::Joints(_) => None,
             }
@@ -581,6 +598,15 @@ impl Run<'_> {
             return Err(format!("{shown} shifts external axis {axis}, which is not read"));
         }
         Ok((Vector3::new(by[0], by[1], by[2]).map(m_from_mm), behind))
+    }
+}
+
+/// The joints of the arm in which a line or an arc ends.
+fn ends_in(q: &[f64; 6], arm: &[usize; 6]) -> Configuration {
+    let degrees = q.map(|q| format!("{:.1}", deg_from_rad(q)));
+    Configuration {
+        shown: format!("J1 to J6 at {}°", degrees.join("°, ")),
+        joints: arm.iter().copied().zip(q.map(|q| [q, q])).collect(),
     }
 }
 

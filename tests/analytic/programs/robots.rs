@@ -3,11 +3,14 @@
 
 use detune::motion::{Target, Timing};
 use detune::notes::{Code, Note};
+use detune::path::Path;
 use detune::program::{
     Assumed, Companion, Dialect, ExternalAxis, J3From, NewSpeed, Program, Rewrite, SetBy, Setter,
-    Settings, Spindle, read, rewrite,
+    Settings, Spindle, TipAt, read, rewrite,
 };
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use crate::arms::six_axis_arm;
 
 use super::support::{assert_ends, assert_pose, at, end, lines, module, pose, settings};
 
@@ -208,6 +211,74 @@ fn a_tp_program_with_frames_of_the_job() {
     assert!(found[0].what.contains("gp2_j1 moves from 0 to 15"), "{found:?}");
     let found = read(tp(0.0).as_bytes(), Dialect::Fanuc, &settings()).unwrap_err();
     assert!(found[0].what.contains("tool_frames: {1: …}"), "{found:?}");
+}
+
+/// Of the arm of [`six_axis_arm`], frame by frame.
+fn tip(q: &[f64]) -> Isometry3<f64> {
+    let turned = |axis: Vector3<f64>, [x, y, z]: [f64; 3], q: f64| {
+        Isometry3::from_parts([x, y, z].into(), UnitQuaternion::from_scaled_axis(axis * q))
+    };
+    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+    turned(z, [0.0; 3], q[0])
+        * turned(y, [0.15, 0.0, 0.4865], q[1])
+        * turned(y, [0.0, 0.0, 0.7], q[2])
+        * turned(x, [0.3, 0.0, 0.0], q[3])
+        * turned(y, [0.3, 0.0, 0.0], q[4])
+        * turned(x, [0.065, 0.0, 0.0], q[5])
+}
+
+/// A line to a position in joints goes where the robot has the tool there, and ends in these joints.
+#[test]
+fn tp_lines_and_arcs_to_positions_in_joints() {
+    let robot = six_axis_arm(true);
+    let job = Settings {
+        j3_from: Some(J3From::UpperArm),
+        tip_at: Some(TipAt::new(|q| Some(tip(q)))),
+        ..tp_settings()
+    };
+    let points = |all: &[[f64; 6]]| -> String {
+        let point = |(i, q): (usize, &[f64; 6])| {
+            let joints: Vec<String> =
+                q.iter().enumerate().map(|(k, q)| format!("J{}= {q} deg", k + 1)).collect();
+            format!("P[{}]{{\n GP1:\n UF : 1, UT : 1,\n {}\n}};\n", i + 1, joints.join(", "))
+        };
+        all.iter().enumerate().map(point).collect()
+    };
+    let run = |statements: &str, all: &[[f64; 6]]| {
+        let text = format!(
+            "/PROG T\n/MN\nUFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\nJ P[1] 20% FINE ;\n{statements}/POS\n{}/END\n",
+            points(all)
+        );
+        read(text.as_bytes(), Dialect::Fanuc, &job).unwrap().moves
+    };
+    let rad = |q: &[f64; 6]| q.map(f64::to_radians);
+    let tool = |q: &[f64; 6]| tip(&rad(q)) * pose([0.0, 0.0, 150.0], [1.0, 0.0, 0.0, 0.0]);
+    let (a, b) = ([5.0, 20.0, 10.0, 3.0, 40.0, -8.0], [15.0, 30.0, 2.0, 9.0, 50.0, 4.0]);
+    let line = "L P[2] 100mm/sec FINE ;\n";
+    let moves = run(line, &[a, b]);
+    let Target::Line(to) = moves[1].to else { panic!("{moves:?}") };
+    assert!((to.inverse() * tool(&b)).to_homogeneous().relative_eq(
+        &nalgebra::Matrix4::identity(),
+        1e-12,
+        0.0
+    ));
+    let path = Path::plan(&robot, &moves, None).unwrap();
+    let way = (tool(&b).translation.vector - tool(&a).translation.vector).norm();
+    assert!((path.duration_s() - way / 0.1).abs() < 1e-9);
+    let mut q = [0.0; 6];
+    path.reader().at(path.duration_s(), &mut q).unwrap();
+    assert!(q.iter().zip(rad(&b)).all(|(q, b)| (q - b).abs() < 1e-6), "{q:?}");
+    // The same place with the wrist turned over: the arm cannot end so on a line from here.
+    let over = [b[0], b[1], b[2], b[3] + 180.0, -b[4], b[5] - 180.0];
+    let refused = Path::plan(&robot, &run(line, &[a, over]), None).unwrap_err();
+    assert!(refused[0].what.contains("J1 to J6 at 15.0°"), "{refused:?}");
+    // On an arc likewise.
+    let via = [10.0, 26.0, 6.0, 3.0, 40.0, -8.0];
+    let moves = run("C P[2] P[3] 100mm/sec FINE ;\n", &[a, via, b]);
+    let Target::Arc { via: on, end, .. } = moves[1].to else { panic!("{moves:?}") };
+    for (found, expected) in [(on, tool(&via)), (end, tool(&b))] {
+        assert!((found.translation.vector - expected.translation.vector).norm() < 1e-12);
+    }
 }
 
 #[test]
