@@ -100,7 +100,9 @@ impl Default for Settings {
 /// The pose of a robot's tip in the base frame by its joint positions, rad or m, from base to tip;
 /// `None` where these are no pose of it.
 #[derive(Clone)]
-pub struct TipAt(Arc<dyn Fn(&[f64]) -> Option<Isometry3<f64>> + Send + Sync>);
+pub struct TipAt(Arc<Tip>);
+
+type Tip = dyn Fn(&[f64]) -> Option<Isometry3<f64>> + Send + Sync;
 
 impl TipAt {
     /// By a function.
