@@ -45,6 +45,12 @@ impl MovingJoint {
             (lower - LIMIT_SLACK..=upper + LIMIT_SLACK).contains(&value)
         })
     }
+
+    /// How `value` (rad or m) is outside the limits; `None` for one that is allowed.
+    pub fn violation(&self, value: f64) -> Option<LimitViolation<'_>> {
+        let limit = self.limit.filter(|_| !self.allows(value))?;
+        Some(LimitViolation { joint: self, value, limit })
+    }
 }
 
 /// A joint outside its limits. Shown as "joint 'a' is 190.000 deg, must lie in -180.000..180.000
@@ -454,10 +460,7 @@ impl Robot {
         &'a self,
         q: &'a [f64],
     ) -> impl Iterator<Item = LimitViolation<'a>> + 'a {
-        self.joints.iter().zip(q).filter_map(|(joint, &value)| {
-            let limit = joint.limit.filter(|_| !joint.allows(value))?;
-            Some(LimitViolation { joint, value, limit })
-        })
+        self.joints.iter().zip(q).filter_map(|(joint, &value)| joint.violation(value))
     }
 
     /// Checks that `q` is a pose of this robot: one finite value per moving joint.

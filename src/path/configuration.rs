@@ -14,6 +14,12 @@ const MAX_SEARCHED: usize = 300;
 /// edge as often as not, rad.
 const SAME_CONFIGURATION: f64 = 0.02;
 
+/// How far beside an arm configuration a move may end, rad: a quadrant, as the controller compares
+/// them; beside stated joint positions nothing, as another elbow may be no quadrant off.
+fn slack(lowest: f64, highest: f64) -> f64 {
+    SAME_CONFIGURATION + if lowest < highest { FRAC_PI_2 } else { 0.0 }
+}
+
 /// The joint positions, out of all that reach a target, in the arm configuration that the program
 /// asks for there.
 pub(super) fn configured(
@@ -22,12 +28,12 @@ pub(super) fn configured(
     found: Vec<Vec<f64>>,
 ) -> Result<Vec<Vec<f64>>, (Code, String)> {
     let Some(asked) = &a_move.stated.configuration else { return Ok(found) };
-    let into = |slack: f64| -> Vec<Vec<f64>> {
+    let into = |slack: fn(f64, f64) -> f64| -> Vec<Vec<f64>> {
         found.iter().filter_map(|q| turned_into(robot, q, asked, slack)).collect()
     };
-    let mut fitting = into(SAME_CONFIGURATION);
+    let mut fitting = into(|_, _| SAME_CONFIGURATION);
     if fitting.is_empty() {
-        fitting = into(FRAC_PI_2 + SAME_CONFIGURATION);
+        fitting = into(slack);
     }
     // Where none is in it, the nearest one is as good, up to a quadrant beside as at the end of a
     // line: frames that were measured anew move a joint across zero.
@@ -94,7 +100,6 @@ fn has_another(robot: &Robot, kinematics: &InverseKinematics, a_move: &Move, q: 
         return false;
     };
     let found = kinematics.solutions_near(robot, &a_move.tip(1.0, pose), q);
-    let slack = FRAC_PI_2 + SAME_CONFIGURATION;
     let mut fitting = found.iter().filter_map(|q| turned_into(robot, q, asked, slack));
     let own = beyond_in_all(asked, q);
     fitting.any(|other| {
@@ -122,12 +127,18 @@ fn beyond(asked: &Configuration, q: &[f64]) -> f64 {
 }
 
 /// Joint positions by whole turns in an arm configuration, if they can be.
-fn turned_into(robot: &Robot, q: &[f64], asked: &Configuration, slack: f64) -> Option<Vec<f64>> {
+fn turned_into(
+    robot: &Robot,
+    q: &[f64],
+    asked: &Configuration,
+    slack: impl Fn(f64, f64) -> f64,
+) -> Option<Vec<f64>> {
     let mut turned = q.to_vec();
     for &(joint, [lowest, highest]) in &asked.joints {
         let own = *q.get(joint)?;
         let turns = [0.0, 1.0, -1.0, 2.0, -2.0].map(|turns| own + turns * TAU);
         let limit = robot.joints().get(joint)?.limit;
+        let slack = slack(lowest, highest);
         let fits = |at: &f64| {
             let in_limits = limit.is_none_or(|[lower, upper]| (lower..=upper).contains(at));
             (*at == own || in_limits) && (lowest - slack..=highest + slack).contains(at)
@@ -140,26 +151,20 @@ fn turned_into(robot: &Robot, q: &[f64], asked: &Configuration, slack: f64) -> O
     Some(turned)
 }
 
-/// At the end of a line the controller compares, and a quadrant beside is as good.
+/// Where a line or an arc ends, the controller compares.
 pub(super) fn compared(robot: &Robot, a_move: &Move, q: &[f64]) -> Result<(), (Code, String)> {
     let Some(asked) = &a_move.stated.configuration else { return Ok(()) };
     let is_off = asked.joints.iter().find(|(joint, [lowest, highest])| {
-        q.get(*joint).is_some_and(|at| {
-            !(lowest - FRAC_PI_2 - SAME_CONFIGURATION..=highest + FRAC_PI_2 + SAME_CONFIGURATION)
-                .contains(at)
-        })
+        let slack = slack(*lowest, *highest);
+        q.get(*joint).is_some_and(|at| !(lowest - slack..=highest + slack).contains(at))
     });
-    match is_off {
-        None => Ok(()),
-        Some((joint, _)) => Err((
-            Code::Unreachable,
-            format!(
-                "the program asks for {} here, and the arm comes with joint '{}' more than a \
-                 quadrant beside it, at {}",
-                asked.shown,
-                robot.joints()[*joint].name,
-                shown_joints(robot, q)
-            ),
-        )),
-    }
+    let Some(&(joint, [lowest, highest])) = is_off else { return Ok(()) };
+    let by = if lowest < highest { "more than a quadrant beside it, " } else { "" };
+    let what = format!(
+        "the program asks for {} here, and the arm comes with joint '{}' {by}at {}",
+        asked.shown,
+        robot.joints()[joint].name,
+        shown_joints(robot, q)
+    );
+    Err((Code::Unreachable, what))
 }

@@ -133,12 +133,20 @@ fn place_held(q: &mut [f64], from: &[f64], a_move: &Move, share: f64) {
 }
 
 /// Joint targets with the wrong number of joints, with numbers that are not finite, or outside
-/// limits.
+/// limits; and joint positions for the end of a line or an arc that are outside them.
 fn joint_target_errors(robot: &Robot, moves: &[Move]) -> Vec<Note> {
     let mut errors = Vec::new();
     for (index, a_move) in moves.iter().enumerate() {
-        let Target::Joints(q) = &a_move.to else { continue };
         let mut error = |code, what| errors.push(at_waypoint(index, a_move, (code, what)));
+        let Target::Joints(q) = &a_move.to else {
+            let asked = a_move.stated.configuration.iter().flat_map(|asked| &asked.joints);
+            for (joint, [lowest, highest]) in asked {
+                let joint = robot.joints().get(*joint).filter(|_| lowest == highest);
+                let over = joint.and_then(|joint| joint.violation(*lowest));
+                over.into_iter().for_each(|over| error(Code::JointLimit, over.to_string()));
+            }
+            continue;
+        };
         match robot.check_pose(q) {
             Err(fault) => error(Code::Value, fault.to_string()),
             Ok(()) => {

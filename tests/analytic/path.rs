@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use detune::model::{Placement, Robot, forward_kinematics};
 use detune::motion::{Configuration, Move, Stated, Target, Timing, Turning, Work};
-use detune::notes::{Note, Part};
+use detune::notes::{Code, Note, Part};
 use detune::path::{MAX_GAP, MAX_STEP, Path, grid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -423,6 +423,27 @@ fn a_rounded_limit_holds_for_poses_too() {
     let mut q = [0.0; 6];
     path.reader().at(1.0, &mut q).unwrap();
     assert!((q[0] - beyond[0]).abs() < 1e-9);
+}
+
+/// A line that has to end in joint positions beyond a limit is refused for that joint, not for
+/// another that the arm would meet on the way.
+#[test]
+fn the_end_of_a_line_is_beyond_its_own_limit() {
+    let robot = irb1600();
+    let a = tcp_pose(&robot, &HOME, &tool());
+    let targets =
+        vec![Target::Joints(HOME.into()), Target::Line(shifted(&a, [0.01, 0.0, 0.0], [0.0; 3]))];
+    let mut line = moves(targets, tool());
+    let upper = robot.joints()[1].limit.unwrap()[1];
+    for (at, is_beyond) in [(upper + 1.0, true), (HOME[1] + 1.0, false)] {
+        let configuration = Configuration { shown: "joints".into(), joints: vec![(1, [at, at])] };
+        line[1].stated =
+            Arc::new(Stated { configuration: Some(configuration.into()), ..Stated::default() });
+        let faults = Path::plan(&robot, &line, None).unwrap_err();
+        let code = if is_beyond { Code::JointLimit } else { Code::Unreachable };
+        assert!(faults.len() == 1 && faults[0].code == code, "{faults:?}");
+        assert!(faults[0].what.contains(&robot.joints()[1].name), "{faults:?}");
+    }
 }
 
 #[test]

@@ -272,7 +272,19 @@ fn tp_lines_and_arcs_to_positions_in_joints() {
     let over = [b[0], b[1], b[2], b[3] + 180.0, -b[4], b[5] - 180.0];
     let refused = Path::plan(&robot, &run(line, &[a, over]), None).unwrap_err();
     assert!(refused[0].what.contains("J1 to J6 at 15.0°"), "{refused:?}");
+    // Another elbow is less than a quadrant off: the forearm of 0.6 m bends 20° off the upper arm of
+    // 0.7 m, to one side and to the other.
+    let (from, b): (_, [f64; 6]) =
+        ([5.0, 20.0, -65.0, 0.0, 40.0, -8.0], [15.0, 30.0, -70.0, 0.0, 50.0, 4.0]);
+    let (sin, cos) = 20_f64.to_radians().sin_cos();
+    let upper = 30.0 + 2.0 * (0.6 * sin).atan2(0.7 + 0.6 * cos).to_degrees();
+    let over = [15.0, upper, -110.0, 0.0, 30.0 - 70.0 + 50.0 - (upper - 110.0), 4.0];
+    assert!((tool(&b).inverse() * tool(&over)).translation.vector.norm() < 1e-12);
+    Path::plan(&robot, &run(line, &[from, b]), None).unwrap();
+    let refused = Path::plan(&robot, &run(line, &[from, over]), None).unwrap_err();
+    assert!(refused[0].what.contains("the arm comes with joint 'joint_2' at"), "{refused:?}");
     // On an arc likewise.
+    let b = [15.0, 30.0, 2.0, 9.0, 50.0, 4.0];
     let via = [10.0, 26.0, 6.0, 3.0, 40.0, -8.0];
     let moves = run("C P[2] P[3] 100mm/sec FINE ;\n", &[a, via, b]);
     let Target::Arc { via: on, end, .. } = moves[1].to else { panic!("{moves:?}") };
