@@ -2,11 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::filled::filled;
 use super::instructions::is_ignored;
 use super::interpreter::Interpreter;
 use super::run::{Effect, STAND_FOR};
-use super::syntax::{Block, Expr, File, Name, Optional, Statement, What};
-use super::walk::{blocks_in, expressions_in, names_in, statements_in};
+use super::syntax::{Block, Expr, File, Name, Optional, Path, Statement, What};
+use super::walk::{blocks_in, expressions_in, functions_in, names_in, statements_in};
 use crate::notes::Code;
 
 impl<'a> Interpreter<'a> {
@@ -89,9 +90,11 @@ fn of_motion(file: &File) -> HashSet<&str> {
     let bodies = routines.map(|own| &own.body).chain(file.traps.iter().map(|trap| &trap.body));
     for what in statements_in(bodies) {
         let used = keys_in(expressions_in(what));
+        for own in set_in(what, file) {
+            sources.entry(&own.key).or_default().extend(used.iter().copied());
+        }
         match what {
             What::Declare(own) => sources.entry(&own.name.key).or_default().extend(used),
-            What::Assign(path, _) => sources.entry(&path.name.key).or_default().extend(used),
             What::Call(name, args) => match file.procedures.get(&name.key) {
                 Some(own) => {
                     let required = own.parameters.iter().filter(|own| !own.optional);
@@ -116,12 +119,11 @@ fn of_motion(file: &File) -> HashSet<&str> {
             },
             What::Return(_) => open.extend(used),
             _ if statements_in(blocks_in(what).into_iter()).any(decides) => open.extend(used),
-            // Blocks that only assign.
+            // Blocks that only set data.
             _ => {
-                for inner in statements_in(blocks_in(what).into_iter()) {
-                    if let What::Assign(path, _) = inner {
-                        sources.entry(&path.name.key).or_default().extend(used.iter().copied());
-                    }
+                let inside = statements_in(blocks_in(what).into_iter());
+                for own in inside.flat_map(|inner| set_in(inner, file)) {
+                    sources.entry(&own.key).or_default().extend(used.iter().copied());
                 }
             }
         }
@@ -133,6 +135,25 @@ fn of_motion(file: &File) -> HashSet<&str> {
         }
     }
     found
+}
+
+/// The data that a statement may set: assigned, counted, filled in. What procedures of the files do
+/// is told by their own statements.
+fn set_in<'a>(what: &'a What, file: &File) -> Vec<&'a Name> {
+    let functions = functions_in(what).into_iter();
+    let mut found: Vec<&Path> = functions.flat_map(|(name, args)| filled(name, args)).collect();
+    match what {
+        What::Assign(path, _) => found.push(path),
+        What::Call(name, args) if !file.procedures.contains_key(&name.key) => {
+            found.extend(filled(name, args));
+            found.extend(args.positional.iter().filter_map(|arg| match arg {
+                Expr::Ref(path) => Some(&**path),
+                _ => None,
+            }));
+        }
+        _ => {}
+    }
+    found.into_iter().map(|path| &path.name).collect()
 }
 
 fn keys_in(open: Vec<&Expr>) -> Vec<&str> {

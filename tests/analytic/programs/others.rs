@@ -155,6 +155,19 @@ fn persistent_data_that_no_file_sets_are_set_by_others() {
         let job = assuming(&[("go", Assumed::Truth(false))]);
         assert_eq!(doubts(rapid_with(speed, &body, &job)), [], "{branch}");
     }
+    // By way of what the branches of others set.
+    let by_way = format!("{speed}\nVAR num m;VAR num z;VAR bool ok;VAR string t:=\"\";");
+    for next in [
+        "IF m=1 Incr n;",
+        "IF m=1 THEN\nIF z=0 Add n,1;\nENDIF",
+        "Add n,m;",
+        "IF m=1 t:=\"1\";\nok:=StrToVal(t,n);",
+    ] {
+        let body = format!("IF go m:=1;\n{next}\nIF n>0 v:=v50;\n{last}");
+        let job = assuming(&[("n", Assumed::Number(0.0))]);
+        let found = doubts(rapid_with(&by_way, &body, &job));
+        assert_eq!(found, [(Code::MotionLeftOut, 9)], "{next}");
+    }
     let counted = format!("IF go n:=1;\nTPWrite \"n\" \\Num:=n;\n{last}");
     assert_eq!(doubts(rapid(speed, &counted)), []);
     // What the program sets, and what decides about no move.
