@@ -58,6 +58,7 @@ mod log;
 mod rapid;
 mod rewrite;
 mod settings;
+mod single;
 mod span;
 mod spindle_names;
 mod standing;

@@ -8,12 +8,17 @@ use super::run::{BEHIND_ERROR, Run, SIGNALS, is_harmless};
 use super::text::Statement;
 use super::words::{register, split_outside, starts_with};
 use crate::notes::Code;
+use crate::program::single;
 
 impl<'a> Run<'a> {
     /// `JMP LBL[1]`: on from there. An endless loop is read once.
     pub(super) fn jump(&mut self, text: &str, line: usize) -> Result<(), String> {
         let target = text.get(text.find("LBL").unwrap_or(0)..).unwrap_or("");
-        let (number, _) = self.registers.numbered(target, "LBL")?.ok_or("JMP without LBL[ ]")?;
+        let found = self.registers.numbered(target, "LBL")?;
+        let (number, behind) = found.ok_or("JMP without LBL[ ]")?;
+        if !behind.trim().is_empty() {
+            return Err(format!("'{}' behind JMP LBL[{number}] is not understood", behind.trim()));
+        }
         let at = self.labels.get(&number).copied();
         let at = at.ok_or_else(|| format!("LBL[{number}] is not in this program"))?;
         // A loop that is left is over.
@@ -130,8 +135,9 @@ impl<'a> Run<'a> {
         let value = self.registers.value(subject).map_err(at_run_time)?;
         for (own, case) in cases {
             let (wanted, action) = split_outside(case, ",").ok_or("a case without an action")?;
+            let is_value = |own| single::is_same(own, value);
             let is_it = is_else_of_select(case)
-                || self.registers.value(wanted).map_err(at_run_time)? == value;
+                || self.registers.value(wanted).and_then(is_value).map_err(at_run_time)?;
             if is_it {
                 return self.branch(own, action.trim());
             }

@@ -21,6 +21,9 @@ use crate::units::{
 /// Turns below this are rounding, rad.
 const NO_TURN_RAD: f64 = 1e-5;
 
+/// Ways below this are rounding, m.
+const NO_WAY_M: f64 = 1e-9;
+
 /// Shares of a speed below this are rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -44,11 +47,12 @@ enum Place {
 }
 
 /// What `Offset,PR[n]` and `Tool_Offset,PR[n]` shift a target by: along the axes of the frame, and
-/// of the tool, m.
+/// of the tool, m; and whether the target is itself a shift, `INC`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Shift {
     frame: Vector3<f64>,
     tool: Vector3<f64>,
+    is_from_before: bool,
 }
 
 impl Run<'_> {
@@ -97,6 +101,9 @@ impl Run<'_> {
             let (false, [Place::Pose(place)]) = (kind == "A", places.as_mut_slice()) else {
                 return Err(unshifted(kind, &shift));
             };
+            if shift.is_from_before {
+                *place = self.counted_from_before(place, &base, &tcp, group)?;
+            }
             let [frame, tool] = [shift.frame, shift.tool].map(Translation3::from);
             *place = base * frame * base.inverse() * *place * tool;
         }
@@ -108,8 +115,8 @@ impl Run<'_> {
                 *place = self.led_to(place, &tcp)?;
             }
         }
-        let turned = self.turn_to(places.last(), &tcp);
-        let pace = self.pace(statement, term, kind, turned)?;
+        let ways = self.ways_to(places.last(), &tcp);
+        let pace = self.pace(statement, term, kind, ways)?;
         if kind != "J" {
             self.compare_limit(line, pace);
         }
@@ -139,6 +146,25 @@ impl Run<'_> {
             self.act(statement, action);
         }
         Ok(())
+    }
+
+    /// With `INC` a position says how far to go from the one before, along the axes of its frame.
+    fn counted_from_before(
+        &self,
+        place: &Isometry3<f64>,
+        base: &Isometry3<f64>,
+        tcp: &Isometry3<f64>,
+        group: &Group,
+    ) -> Result<Isometry3<f64>, String> {
+        let by = base.inverse() * *place;
+        if by.rotation.angle() > NO_TURN_RAD {
+            return Err("INC that turns the tool is not read".to_owned());
+        }
+        if axes(group).next().is_some() {
+            return Err("INC with external axes is not read".to_owned());
+        }
+        let last = self.log.last().ok_or("INC, and where the tool is before is not known")?;
+        Ok(base * by.translation * base.inverse() * last.with(tcp))
     }
 
     /// A line or an arc to joint positions goes to where the robot has the tool there.
@@ -388,10 +414,12 @@ impl Run<'_> {
         Ok((Place::Pose(self.base_of(frame)? * pose(numbers)), tcp))
     }
 
-    /// How far the tool turns on the way to a pose, rad.
-    fn turn_to(&self, to: Option<&Place>, tcp: &Isometry3<f64>) -> Option<f64> {
+    /// How far the tool turns on the way to a pose, rad, and goes, m.
+    fn ways_to(&self, to: Option<&Place>, tcp: &Isometry3<f64>) -> Option<[f64; 2]> {
         let Some(Place::Pose(to)) = to else { return None };
-        Some(self.log.last()?.with(tcp).rotation.angle_to(&to.rotation))
+        let from = self.log.last()?.with(tcp);
+        let way = (to.translation.vector - from.translation.vector).norm();
+        Some([from.rotation.angle_to(&to.rotation), way])
     }
 
     /// `100mm/sec`, `R[5]%`, `2.5sec`, `WELD_SPEED`.
@@ -400,7 +428,7 @@ impl Run<'_> {
         statement: &Statement,
         term: &str,
         kind: &str,
-        turned: Option<f64>,
+        ways: Option<[f64; 2]>,
     ) -> Result<Pace, String> {
         let over = self.over.clone()?;
         if term.eq_ignore_ascii_case("max_speed") {
@@ -430,7 +458,15 @@ impl Run<'_> {
             "cm/min" => m_per_s_from_mm_per_min(value * 10.0),
             "inch/min" => m_per_s_from_mm_per_min(mm_from_inch(value)),
             "deg/sec" => {
-                let angle = turned.ok_or("deg/sec, and how far the tool turns is not known")?;
+                // The way to the first position takes no time.
+                if !self.log.has_moved() {
+                    return Ok(Pace::Rapid);
+                }
+                let [angle, way] =
+                    ways.ok_or("deg/sec, and how far the tool turns is not known")?;
+                if angle < NO_TURN_RAD && kind == "L" && way < NO_WAY_M {
+                    return Ok(Pace::Rapid);
+                }
                 if angle < NO_TURN_RAD {
                     return Err(
                         "deg/sec on a move on which the tool does not turn says no speed; \
@@ -521,7 +557,8 @@ impl Run<'_> {
             } else if upper.starts_with("PSPD") {
                 return Err(format!("{own} changes the speed of the move and is not supported"));
             } else if upper == "INC" {
-                return Err("INC counts from the position before and is not supported".to_owned());
+                shift.is_from_before = true;
+                rest = behind.trim_start();
             } else {
                 return Err(format!("'{own}' behind the target is not understood"));
             }
@@ -614,6 +651,7 @@ fn ends_in(q: &[f64; 6], arm: &[usize; 6]) -> Configuration {
 fn unshifted(kind: &str, shift: &Shift) -> String {
     let own = if shift.tool == Vector3::zeros() { "Offset" } else { "Tool_Offset" };
     match kind {
+        _ if shift.is_from_before => "INC of an arc or of joints is not read".to_owned(),
         "A" => "an offset of an arc point (A) is not read".to_owned(),
         "C" => format!("whether {own} of C shifts both of its points is not known: it is not read"),
         _ => "an offset of a position in joints is not read".to_owned(),

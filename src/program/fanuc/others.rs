@@ -2,7 +2,7 @@
 
 use super::run::Run;
 use super::text::Statement;
-use super::words::{register, split_outside};
+use super::words::{split_outside, starts_with};
 use crate::notes::Code;
 use crate::program::cell::{Given, set_by_call};
 
@@ -56,21 +56,26 @@ impl Run<'_> {
         self.chosen_by = [Some(who.clone()), Some(who)];
     }
 
-    /// The time of a WAIT; `None` where it waits for a condition.
-    pub(super) fn time_of(rest: &str) -> Option<&str> {
+    /// The time of a WAIT with its unit in seconds; `None` where it waits for a condition.
+    pub(super) fn time_of(rest: &str) -> Option<(&str, f64)> {
+        const UNITS: [(&str, f64); 4] =
+            [("(msec)", 1e-3), ("msec", 1e-3), ("(sec)", 1.0), ("sec", 1.0)];
+        let stated =
+            UNITS.into_iter().find_map(|(unit, s)| Some((rest.strip_suffix(unit)?.trim(), s)));
         // A register alone is a time, too.
-        let is_register = register(rest, "R").is_some_and(|(_, behind)| behind.trim().is_empty())
-            || rest.starts_with("R[") && !rest.contains(['=', '<', '>']);
-        let register = Some(rest).filter(|_| is_register);
-        rest.strip_suffix("(sec)").or(rest.strip_suffix("sec")).or(register)
+        let is_register = ["R", "AR"].iter().any(|list| starts_with(rest, &format!("{list}[")))
+            && !rest.contains(['=', '<', '>']);
+        stated.or(is_register.then_some((rest, 1.0)))
     }
 
     pub(super) fn wait(&mut self, text: &str, line: usize) {
         let rest = text.get(4..).unwrap_or("").trim();
-        let Some(time) = Self::time_of(rest) else {
-            return self.wait_for(rest, line);
+        let seconds = match Self::time_of(rest) {
+            Some((time, unit)) => self.registers.value(time).map(|time| time * unit),
+            None if rest.parse::<f64>().is_ok() => Err(format!("{rest} has no unit")),
+            None => return self.wait_for(rest, line),
         };
-        match self.registers.value(time) {
+        match seconds {
             Ok(seconds) => self.log.dwell(line, seconds),
             Err(why) => {
                 let what = format!("WAIT: {why}; the time is left out");

@@ -10,10 +10,25 @@ use super::words::{
     starts_with, without_comment,
 };
 use crate::program::span::Span;
-use crate::program::{Assumed, Settings};
+use crate::program::{Assumed, Settings, single};
+use crate::units::{deg_from_rad, rad_from_deg};
 
 /// Why `PR[GP1:1,7]` is not read.
 pub(super) const OF_A_GROUP: &str = "PR[GP…]: elements of a group are not supported";
+
+/// Functions of one number by their names; angles are in degrees.
+const FUNCTIONS: [(&str, fn(f64) -> f64); 10] = [
+    ("SQRT", f64::sqrt),
+    ("SIN", |degrees| rad_from_deg(degrees).sin()),
+    ("COS", |degrees| rad_from_deg(degrees).cos()),
+    ("TAN", |degrees| rad_from_deg(degrees).tan()),
+    ("ASIN", |ratio| deg_from_rad(ratio.asin())),
+    ("ACOS", |ratio| deg_from_rad(ratio.acos())),
+    ("ATAN", |ratio| deg_from_rad(ratio.atan())),
+    ("ABS", f64::abs),
+    ("ROUND", f64::round),
+    ("TRUNC", f64::trunc),
+];
 
 /// R[n], PR[n], flags and outputs, and what the job assumes of others.
 #[derive(Debug)]
@@ -543,6 +558,11 @@ impl<'a> Registers<'a> {
             let value = value.ok_or_else(|| format!("'{text}' is no number"))?;
             return Ok((value, text.get(digits..).unwrap_or("")));
         }
+        if let Some((function, (inside, rest))) =
+            FUNCTIONS.iter().find_map(|(name, of)| Some((of, brackets(text, name)?)))
+        {
+            return Ok((function(self.value(inside)?), rest));
+        }
         let (name, rest) = text.split_at(name_length(text));
         if name.is_empty() {
             return Err(format!("'{}' is no value", text.trim()));
@@ -603,12 +623,12 @@ impl<'a> Registers<'a> {
         }
         let (left, right) = (self.value(left)?, self.value(right)?);
         Ok(match operator {
-            "=" => left == right,
-            "<>" => left != right,
-            "<" => left < right,
-            "<=" => left <= right,
-            ">" => left > right,
-            _ => left >= right,
+            "=" => single::is_same(left, right)?,
+            "<>" => !single::is_same(left, right)?,
+            "<" => single::order(left, right)?.is_lt(),
+            "<=" => single::order(left, right)?.is_le(),
+            ">" => single::order(left, right)?.is_gt(),
+            _ => single::order(left, right)?.is_ge(),
         })
     }
 }

@@ -265,7 +265,10 @@ impl<'a> Run<'a> {
             _ => {
                 self.bends_path(line, text);
                 if !self.set_signal(text, statement) && !is_harmless(text) {
-                    return Err(format!("'{text}' is not understood"));
+                    return Err(format!(
+                        "'{text}' is not understood; if it is a macro, write CALL with the program \
+                         that it runs"
+                    ));
                 }
             }
         }
@@ -280,7 +283,8 @@ impl<'a> Run<'a> {
 
     /// `PAYLOAD[2]`: the masses are on the controller; where the number changes, so does the load.
     fn set_payload(&mut self, text: &str, line: usize) -> Result<(), String> {
-        let (number, _) = register(text, "PAYLOAD").ok_or("PAYLOAD without a number")?;
+        let found = self.registers.numbered(text, "PAYLOAD")?;
+        let (number, _) = found.ok_or("PAYLOAD without a number")?;
         let number = u32::try_from(number).map_err(|_| format!("PAYLOAD[{number}]"))?;
         let is_first = self.payload.is_none() && !self.log.has_moved();
         if !is_first && self.payload != Some(number) {

@@ -1,6 +1,7 @@
 //! Expressions of KRL → values. What cannot be known from the files is [`Value::Unknown`] with the
 //! reason, and becomes a fault only where motion depends on it.
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
 use nalgebra::Isometry3;
@@ -13,7 +14,7 @@ use super::walk::all_of;
 use super::words::is_own_function;
 use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame};
-use crate::program::{Assumed, Settings};
+use crate::program::{Assumed, Settings, single};
 use crate::units::{deg_from_rad, rad_from_deg};
 
 /// Lists of signals that the program sets and asks for.
@@ -451,17 +452,31 @@ fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> 
         "==" | "<>" => {
             let same = match (left, right) {
                 (Value::Unknown(why), _) | (_, Value::Unknown(why)) => return Err(why.clone()),
-                (Value::Num(a, ..), Value::Num(b, ..)) => a == b,
+                (Value::Num(a, _, of_a), Value::Num(b, _, of_b)) if is_whole(*of_a, *of_b) => {
+                    a == b
+                }
+                (Value::Num(a, ..), Value::Num(b, ..)) => single::is_same(*a, *b)?,
                 _ => left == right,
             };
             Ok(Value::Bool(same == (operator == "==")))
         }
-        "<" => Ok(Value::Bool(left.num()? < right.num()?)),
-        "<=" => Ok(Value::Bool(left.num()? <= right.num()?)),
-        ">" => Ok(Value::Bool(left.num()? > right.num()?)),
-        ">=" => Ok(Value::Bool(left.num()? >= right.num()?)),
+        "<" => Ok(Value::Bool(order(left, right)?.is_lt())),
+        "<=" => Ok(Value::Bool(order(left, right)?.is_le())),
+        ">" => Ok(Value::Bool(order(left, right)?.is_gt())),
+        ">=" => Ok(Value::Bool(order(left, right)?.is_ge())),
         _ => arithmetic(operator, left.number()?, right.number()?),
     }
+}
+
+/// Which is larger.
+fn order(left: &Value, right: &Value) -> Result<Ordering, String> {
+    let ((a, of_a), (b, of_b)) = (left.number()?, right.number()?);
+    if is_whole(of_a, of_b) { Ok(a.total_cmp(&b)) } else { single::order(a, b) }
+}
+
+/// Whether both are INT, which lose no digit.
+fn is_whole(a: Sort, b: Sort) -> bool {
+    a == Sort::Whole && b == Sort::Whole
 }
 
 /// Of the bits of two INTs.

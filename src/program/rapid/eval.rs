@@ -10,6 +10,7 @@ use super::value::{
     within_depth, within_size,
 };
 use super::walk::{functions_of, statements_in};
+use crate::program::single;
 
 /// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
 const VMAX_MM_PER_S: f64 = 5000.0;
@@ -437,13 +438,12 @@ fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, Stri
         O::Equal => equal(left, right).map(Value::Bool),
         O::Unequal => equal(left, right).map(|same| Value::Bool(!same)),
         O::Less | O::LessOrEqual | O::Greater | O::GreaterOrEqual => {
-            let [left, right] = [left.num()?, right.num()?];
-            apart(left, right)?;
+            let order = single::order(left.num()?, right.num()?)?;
             let is_so = match operator {
-                O::Less => left < right,
-                O::LessOrEqual => left <= right,
-                O::Greater => left > right,
-                _ => left >= right,
+                O::Less => order.is_lt(),
+                O::LessOrEqual => order.is_le(),
+                O::Greater => order.is_gt(),
+                _ => order.is_ge(),
             };
             Ok(Value::Bool(is_so))
         }
@@ -451,25 +451,6 @@ fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, Stri
             arithmetic(operator, left, right)
         }
     }
-}
-
-/// Refuses numbers of which rounding decides which is larger: the controller has seven digits. Of
-/// two that are equal here one may be a sum; whole numbers and binary fractions are exact there.
-fn apart(left: f64, right: f64) -> Result<(), String> {
-    /// What some hundred sums lose, as a share.
-    const ROUNDED: f64 = 1e-5;
-    let is_exact = |number: f64| f64::from(number as f32) == number;
-    let is_far = (left - right).abs() > ROUNDED * left.abs().max(right.abs());
-    if is_far || is_exact(left) && is_exact(right) { Ok(()) } else { Err(rounded(right)) }
-}
-
-/// Why a comparison with such a number is not known.
-pub(super) fn rounded(near: f64) -> String {
-    format!(
-        "two numbers near {} are compared, and the rounding of num decides which is larger: count \
-         in whole numbers",
-        near as f32
-    )
 }
 
 pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
@@ -486,12 +467,7 @@ pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
         (Value::Bool(truth), Value::Num(number)) | (Value::Num(number), Value::Bool(truth)) => {
             Ok(*number == f64::from(u8::from(*truth)))
         }
-        (Value::Num(left), Value::Num(right)) => {
-            if left != right {
-                apart(*left, *right)?;
-            }
-            Ok(left == right)
-        }
+        (Value::Num(left), Value::Num(right)) => single::is_same(*left, *right),
         _ => Ok(left == right),
     }
 }

@@ -1,10 +1,10 @@
 //! FOR and WHILE.
 
-use super::eval::rounded;
 use super::interpreter::{Flow, Interpreter};
 use super::syntax::{Block, Expr, Name};
 use super::value::Value;
 use crate::notes::Code;
+use crate::program::single;
 
 impl<'a> Interpreter<'a> {
     /// `parts`: from, to, step.
@@ -42,7 +42,7 @@ impl<'a> Interpreter<'a> {
             // The controller counts with seven digits.
             let is_behind_there = if step > 0.0 { single > to as f32 } else { single < to as f32 };
             if is_behind != is_behind_there {
-                let why = rounded(to);
+                let why = single::rounded(to);
                 self.undecided(line, "FOR", &why, Vec::new(), std::iter::once(body));
                 break;
             }

@@ -101,22 +101,38 @@ fn what_the_rounding_of_num_decides_is_not_known() {
     for (condition, step) in
         [("x<=0.3", "0.1"), ("x<1", "0.1"), ("x<>0.3", "0.1"), ("x<=0.7", "0.1")]
     {
-        refused(rapid(data, &body(condition, step)), "the rounding of num decides");
+        refused(rapid(data, &body(condition, step)), "rounding to seven digits decides");
     }
     // 0.1 + 6 · 0.1 is 0.7 with sixteen digits and more with seven.
     let way = |from: &str, to: &str, step: &str| {
         let body = "MoveL Offs(p0,i,0,0),v100,fine,tool0;";
         rapid(data, &format!("FOR i FROM {from} TO {to} STEP {step} DO\n{body}\nENDFOR"))
     };
-    refused(way("0.1", "0.7", "0.1"), "the rounding of num decides");
+    refused(way("0.1", "0.7", "0.1"), "rounding to seven digits decides");
     assert_eq!(x(way("0", "1", "0.25")).len(), 5);
     refused(
         rapid(data, "FOR i FROM 0 TO 1 STEP 0.1 DO\nMoveL Offs(p0,i,0,0),v100,fine,tool0;\nENDFOR"),
-        "the rounding of num decides",
+        "rounding to seven digits decides",
     );
     assert_eq!(x(rapid(data, &body("x<0.35", "0.1"))), [0.0, 1.0, 2.0, 3.0]);
     assert_eq!(x(rapid(data, &body("x<=1", "0.5"))), [0.0, 5.0, 10.0]);
     assert_eq!(x(rapid(data, &body("x<3", "1"))), [0.0, 10.0, 20.0]);
+}
+
+/// REAL of KRL and registers of TP have seven digits, too; INT are whole.
+#[test]
+fn what_the_rounding_of_reals_decides_is_not_known() {
+    let krl_loop = |condition: &str, step: &str| {
+        format!("REAL D\nD=0\nWHILE {condition}\nLIN {{X D}}\nD=D+{step}\nENDWHILE")
+    };
+    // Ten times 0.7 is 6.999999 with seven digits.
+    for (condition, step) in [("D<7", "0.7"), ("D<>2.1", "0.7"), ("D<=0.3", "0.1")] {
+        refused(krl(&krl_loop(condition, step)), "rounding to seven digits decides");
+    }
+    assert_eq!(x(krl(&krl_loop("D<1.6", "0.7"))), [0.0, 0.7, 1.4]);
+    let counted =
+        "INT N\nFOR N=20000001 TO 20000003\nIF N<20000003 THEN\nLIN {X N-20000000}\nENDIF\nENDFOR";
+    assert_eq!(x(krl(counted)), [1.0, 2.0]);
 }
 
 /// Persistent data belong to all tasks.

@@ -299,7 +299,7 @@ fn options_of_tp_motions() {
     for (option, said) in [
         ("PSPD50", "changes the speed"),
         ("PSPD200", "changes the speed"),
-        ("INC", "from the position before"),
+        ("INC", "turns the tool"),
     ] {
         let found = framed(&tp(&format!("L P[2] 10mm/sec FINE {option} ;"))).unwrap_err();
         assert!(found[0].what.contains(said), "{found:?}");

@@ -359,3 +359,103 @@ fn errors_that_follow_from_others_are_not_told() {
     let endless = "R[1]=0 ;\nLBL[1] ;\nR[1]=R[1]+1 ;\nIF R[1]>0,JMP LBL[1] ;\n";
     assert!(tp(endless).unwrap_err()[0].what.contains("runs too long"));
 }
+
+/// Registers have seven digits: ten times 0.7 is 6.999999 there, and 7 with sixteen.
+#[test]
+fn what_the_rounding_of_registers_decides_is_not_known() {
+    let step = |step: &str, condition: &str| {
+        format!("R[1]=0 ;\nLBL[2] ;\nR[1]=R[1]+{step} ;\n{MOVE}IF R[1]{condition},JMP LBL[2] ;\n")
+    };
+    let said = ["rounding to seven digits decides"];
+    for (by, condition) in [(".7", "<7"), (".1", "<1"), (".1", "<>.3"), (".7", "<=2.1")] {
+        assert_refused(&tp(&step(by, condition)), 10, &said);
+    }
+    assert_eq!(moves(&tp(&step(".5", "<3"))), 6);
+    assert_eq!(moves(&tp(&step(".7", "<3"))), 5);
+    assert_refused(&tp(&format!("R[1]=.1+.2 ;\n{}", unless("R[1]=.3"))), 7, &said);
+    assert_refused(
+        &tp("R[1]=.1+.2 ;\nSELECT R[1]=.3,JMP LBL[1] ;\n       =1,JMP LBL[1] ;\nLBL[1] ;\n"),
+        7,
+        &said,
+    );
+    assert_eq!(moves(&tp(&format!("R[1]=.3 ;\n{}", unless("R[1]=.3")))), 0);
+}
+
+/// Ends of moves, mm, in the frame of the job.
+fn corners(found: &Read) -> Vec<[f64; 3]> {
+    let moves = &found.as_ref().unwrap_or_else(|found| panic!("{found:?}")).moves;
+    let of = |own| {
+        let at = super::support::end(own).1.translation.vector * 1e3;
+        [at.x - 1000.0, at.y, at.z].map(f64::round)
+    };
+    moves.iter().map(of).collect()
+}
+
+#[test]
+fn inc_counts_from_the_position_before() {
+    let shift = "PR[1]=P[2] ;\nPR[1,4]=0 ;\n";
+    let found = tp(&format!("{shift}L PR[1] 9mm/sec FINE INC ;\nL PR[1] 9mm/sec FINE INC ;\n"));
+    assert_eq!(corners(&found), [[100.0, 0.0, 0.0], [200.0, 0.0, 0.0]]);
+    // With an offset beside it, and in a frame that is turned by a quarter about z: x is y.
+    let other = "PR[2]=P[1]-P[1] ;\nPR[2,3]=5 ;\n";
+    let found = tp(&format!("{shift}{other}L PR[1] 9mm/sec FINE INC Offset,PR[2] ;\n"));
+    assert_eq!(corners(&found), [[100.0, 0.0, 5.0]]);
+    let mut turned = job(&[]);
+    let quarter = std::f64::consts::FRAC_1_SQRT_2;
+    turned.base_frames.insert(2, pose([0.0, 0.0, 0.0], [quarter, 0.0, 0.0, quarter]));
+    let text = format!("{shift}UFRAME_NUM=2 ;\nL PR[1] 9mm/sec FINE INC ;\n");
+    assert_eq!(corners(&with(&text, &turned)), [[0.0, 100.0, 0.0]]);
+    // P[2] turns the tool by half a turn.
+    assert_refused(&tp("L P[2] 9mm/sec FINE INC ;\n"), 6, &["INC that turns the tool"]);
+    assert_refused(&tp("C P[2] P[3] 9mm/sec FINE INC ;\n"), 6, &["INC of an arc"]);
+}
+
+#[test]
+fn a_turn_without_a_way_takes_no_time() {
+    let found = tp("L P[1] 50deg/sec FINE ;\nL P[2] 9mm/sec FINE ;\n");
+    assert_eq!(moves(&found), 2);
+    assert_refused(&tp("L P[2] 50deg/sec FINE ;\n"), 6, &["does not turn"]);
+    let mut text = with("L P[2] 9mm/sec FINE ;\n", &job(&[]));
+    assert_eq!(moves(&text), 1);
+    text = tp("R[1]=50 ;\nL P[1] R[1]deg/sec FINE ;\n");
+    assert_eq!(moves(&text), 1);
+}
+
+#[test]
+fn times_of_wait_and_functions_of_numbers() {
+    let seconds = |text: &str, job: &Settings| -> Vec<f64> {
+        let found = with(text, job);
+        let moves = &found.as_ref().unwrap_or_else(|found| panic!("{found:?}")).moves;
+        let of = |own: &detune::motion::Move| match own.timing {
+            Timing::Seconds(s) => Some(s),
+            _ => None,
+        };
+        moves.iter().filter_map(of).collect()
+    };
+    let given = job(&[("ar[1]", Assumed::Number(3.0))]);
+    for (time, expected) in
+        [("AR[1]", 3.0), ("250(msec)", 0.25), ("500msec", 0.5), (".5(sec)", 0.5), ("R[1]", 2.0)]
+    {
+        assert_eq!(seconds(&format!("R[1]=2 ;\nWAIT {time} ;\n"), &given), [expected], "{time}");
+    }
+    assert_eq!(told(&tp("WAIT .5 ;\n"), Code::LeftOut), [6]);
+    // 30° and 60°, 3-4-5.
+    for (value, expected) in [
+        ("SIN[30]*100", 50.0),
+        ("COS[60]*10", 5.0),
+        ("SQRT[R[1]*R[1]+16]", 5.0),
+        ("ROUND[2.6]+TRUNC[2.6]+ABS[-1]", 6.0),
+        ("ATAN[1]", 45.0),
+    ] {
+        let text = format!("R[1]=3 ;\nR[2]={value} ;\nWAIT R[2] ;\n");
+        let found = seconds(&text, &given);
+        assert!((found[0] - expected).abs() < 1e-9, "{value}: {found:?}");
+    }
+}
+
+#[test]
+fn what_stands_behind_a_jump_is_not_passed_over() {
+    let text = "R[1]=7 ;\nIF R[1]=7,JMP LBL[1] R[2]=5 ;\nLBL[1] ;\n";
+    assert_refused(&tp(text), 7, &["'R[2]=5' behind JMP LBL[1]"]);
+    assert_refused(&tp("TOOL CHANGE(2) ;\n"), 6, &["if it is a macro, write CALL"]);
+}

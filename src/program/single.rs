@@ -1,0 +1,39 @@
+//! Comparisons of numbers of which a controller keeps seven digits.
+//!
+//! Here they have sixteen. Where rounding there decides which of two is larger, the answer is not
+//! known: one of them may be a sum.
+
+use std::cmp::Ordering;
+
+/// Which of two numbers is larger.
+pub(super) fn order(left: f64, right: f64) -> Result<Ordering, String> {
+    apart(left, right)?;
+    left.partial_cmp(&right).ok_or_else(|| rounded(right))
+}
+
+/// Whether two numbers are one.
+pub(super) fn is_same(left: f64, right: f64) -> Result<bool, String> {
+    if left != right {
+        apart(left, right)?;
+    }
+    Ok(left == right)
+}
+
+/// Refuses numbers of which rounding decides which is larger. Whole numbers and binary fractions are
+/// exact.
+fn apart(left: f64, right: f64) -> Result<(), String> {
+    /// What some hundred sums lose, as a share.
+    const ROUNDED: f64 = 1e-5;
+    let is_exact = |number: f64| f64::from(number as f32) == number;
+    let is_far = (left - right).abs() > ROUNDED * left.abs().max(right.abs());
+    if is_far || is_exact(left) && is_exact(right) { Ok(()) } else { Err(rounded(right)) }
+}
+
+/// Why a comparison with such a number is not known.
+pub(super) fn rounded(near: f64) -> String {
+    format!(
+        "two numbers near {} are compared, and the controller's rounding to seven digits decides \
+         which is larger: count in whole numbers",
+        near as f32
+    )
+}
