@@ -16,6 +16,7 @@ use crate::formats::yaml::{Node, Step};
 use crate::model::{JointKind, Placement, Robot, forward_kinematics};
 use crate::motion::{MechanicalUnit, UnitAxis};
 use crate::notes::{Code, Note, Notes};
+use crate::paths::{folder_of, tidied};
 use crate::program::{
     self, Companion, Coordinates, Dialect, DwellUnit, J3From, LengthUnit, Program, RAPID_M_PER_S,
     RotaryAxis, SetBy, Setter, Settings, TipAt,
@@ -56,10 +57,17 @@ pub(super) fn program_moves(
     let name = raw.file.as_deref()?;
     let line = path.line_at(&[Step::Key("program")]);
     let named = relative_to(context.job, name);
+    // As the job names it.
+    let mut called = PathBuf::from(name);
     let (file, modules) = match members(&named, raw.procedure.as_deref().unwrap_or("main")) {
-        Some(Ok(members)) => {
+        Some(Ok((file, modules))) => {
+            let [folder, own] = match named.is_dir() {
+                true => [named.as_path(), &called],
+                false => [folder_of(&named), called.parent().unwrap_or(Path::new(""))],
+            };
+            called = file.strip_prefix(folder).map_or_else(|_| file.clone(), |file| own.join(file));
             programs.reading.files.push(named);
-            members
+            (tidied(&file), modules)
         }
         Some(Err(what)) => {
             let what = format!("{}: path.program.file '{name}': {what}", context.called);
@@ -106,7 +114,14 @@ pub(super) fn program_moves(
             programs.reading.warnings.extend(warnings.into_iter().map(located));
             Some(PathMoves {
                 moves,
-                program: Some(ProgramSays { file, dialect, spindle, speed_step_rpm, feeds }),
+                program: Some(ProgramSays {
+                    called,
+                    file,
+                    dialect,
+                    spindle,
+                    speed_step_rpm,
+                    feeds,
+                }),
             })
         }
         Err(found) => {

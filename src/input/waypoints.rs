@@ -79,6 +79,8 @@ pub(super) struct PathMoves {
 /// What a program says beside its moves.
 #[derive(Debug)]
 pub(super) struct ProgramSays {
+    /// As the job names it: of a list or a folder, the file in which it starts.
+    pub(super) called: PathBuf,
     pub(super) file: PathBuf,
     pub(super) dialect: Dialect,
     pub(super) spindle: Vec<SpindleCommand>,

@@ -133,10 +133,19 @@ impl States {
 
 impl Log {
     pub(super) fn new(max_moves: usize, settings: &Settings) -> Self {
+        Self::of(max_moves, settings.rapid_m_per_s, settings.feed_m_per_s)
+    }
+
+    /// An empty one for the same program.
+    pub(super) fn beside(&self) -> Self {
+        Self::of(self.max_moves, self.rapid_m_per_s, self.feed_m_per_s)
+    }
+
+    fn of(max_moves: usize, rapid_m_per_s: f64, feed_m_per_s: Option<f64>) -> Self {
         Self {
             max_moves,
-            rapid_m_per_s: settings.rapid_m_per_s,
-            feed_m_per_s: settings.feed_m_per_s,
+            rapid_m_per_s,
+            feed_m_per_s,
             is_full: false,
             moves: Vec::new(),
             spindle: Vec::new(),
@@ -154,6 +163,14 @@ impl Log {
             within: String::new(),
             warned: HashSet::new(),
         }
+    }
+
+    /// Whether another has the same moves at the same speeds, and runs without an error.
+    pub(super) fn moves_like(&self, other: &Self) -> bool {
+        let way = |own: &Move| (own.to.clone(), own.tcp, own.feed_m_per_s, own.timing, own.line);
+        !other.has_errors()
+            && self.moves.iter().map(way).eq(other.moves.iter().map(way))
+            && self.spindle == other.spindle
     }
 
     /// A program of so many lines follows: most make one move or none.

@@ -5,6 +5,9 @@
 
 use std::cmp::Ordering;
 
+/// What helps.
+pub(super) const COUNT: &str = "count in whole numbers";
+
 /// Which of two numbers is larger.
 pub(super) fn order(left: f64, right: f64) -> Result<Ordering, String> {
     apart(left, right)?;
@@ -19,8 +22,8 @@ pub(super) fn is_same(left: f64, right: f64) -> Result<bool, String> {
     Ok(left == right)
 }
 
-/// Refuses numbers of which rounding decides which is larger. Whole numbers and binary fractions are
-/// exact.
+/// Refuses numbers of which rounding decides which is larger. Whole numbers and binary fractions
+/// are exact.
 fn apart(left: f64, right: f64) -> Result<(), String> {
     /// What some hundred sums lose, as a share.
     const ROUNDED: f64 = 1e-5;
@@ -33,7 +36,7 @@ fn apart(left: f64, right: f64) -> Result<(), String> {
 pub(super) fn rounded(near: f64) -> String {
     format!(
         "two numbers near {} are compared, and the controller's rounding to seven digits decides \
-         which is larger: count in whole numbers",
+         which is larger: {COUNT}",
         near as f32
     )
 }

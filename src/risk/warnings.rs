@@ -3,6 +3,7 @@
 use super::verdict::{OperationRisk, Warning};
 use crate::job::{Acceptance, Job, Operation};
 use crate::notes::{Code, Note};
+use crate::paths::tidied;
 
 /// Notes on a job as warnings, each at its operation, with what the job says to them.
 pub fn warnings(job: &Job, notes: impl IntoIterator<Item = Note>) -> Vec<Warning> {
@@ -27,10 +28,10 @@ fn located(job: &Job, note: Note) -> Vec<Warning> {
     if warning.operation.is_some() {
         return vec![warning];
     }
-    let file = warning.note.place.file.as_ref();
+    let file = warning.note.place.file.as_deref().map(tidied);
     let is_of = |operation: &&Operation| match warning.note.code {
         Code::PayloadUnknown => !operation.carried.is_known(),
-        _ => operation.program.is_some() && Some(&job.file_of_moves(operation)) == file,
+        _ => operation.program.is_some() && file == Some(tidied(&job.file_of_moves(operation))),
     };
     let own: Vec<_> = job.operations.iter().filter(is_of).collect();
     if own.is_empty() || own.len() == job.operations.len() {

@@ -380,3 +380,22 @@ fn a_turn_takes_as_long_as_its_own_speed_says() {
         assert!((found - expected).abs() < 1e-6, "found {found} s, expected {expected} s");
     }
 }
+
+/// A program that a list or a folder names has its lines in the file where it starts.
+#[test]
+fn lines_of_a_list_are_those_of_the_file_where_it_starts() {
+    let bench = Bench::new();
+    fs::create_dir(bench.0.path().join("cell")).unwrap();
+    bench.add("cell/start.mod", &bench.read("contour.mod"));
+    bench.add("cell/Data.mod", "MODULE Data\nENDMODULE\n");
+    let list = "<?xml version=\"1.0\"?>\n<Program><Module>Data.mod</Module><Module>start.mod</Module></Program>\n";
+    bench.add("cell/all.pgf", list);
+    for named in ["cell/all.pgf", "cell"] {
+        let found = bench.check(&contour(3000.0, named, "payload: none\n"));
+        let crossing = &found["jobs"][0]["operations"][0]["crossings"][0];
+        assert_eq!(crossing["file"], "cell/start.mod", "{named}: {crossing}");
+        let ran = bench.run(&["check", "job.yaml", "--fail-on", "never"]);
+        let text = out(&ran);
+        assert!(text.contains("cell/start.mod:") && !text.contains("all.pgf:"), "{text}");
+    }
+}

@@ -171,7 +171,7 @@ impl<'j> Reader<'j> {
                 cutting: raw.cutting.as_ref().and_then(cutting),
                 moves: Arc::clone(&moves),
                 stretch: stretch.moves,
-                program: path.and_then(|path| path.program.as_ref()?.file.as_ref()).map(Into::into),
+                program: program.as_ref().map(|program| program.called.clone()),
                 program_feeds: program.as_ref().map(|p| p.feeds).unwrap_or_default(),
                 start_near: start_near.clone(),
             });

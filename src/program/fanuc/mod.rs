@@ -15,6 +15,7 @@ mod hints;
 mod motion;
 mod open;
 mod others;
+mod pace;
 mod position;
 mod registers;
 mod run;

@@ -2,7 +2,7 @@
 //! and becomes a fault only where motion depends on it.
 
 use super::functions::{self, Given};
-use super::instructions::is_own_function;
+use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
 use super::value::{
@@ -360,6 +360,9 @@ impl<'a> Interpreter<'a> {
             return value;
         }
         let options = self.options(args);
+        if matches!(name.key.as_str(), "crobt" | "cjointt" | "cpos") {
+            self.doubt_where(name);
+        }
         match name.key.as_str() {
             "crobt" => return known(self.current_target(args, &options)),
             "cjointt" => return known(self.current_joints()),
@@ -379,7 +382,8 @@ impl<'a> Interpreter<'a> {
                 if !is_own_function(&name.key) {
                     self.not_in_file(self.line, &name.shown);
                 }
-                Value::unknown(self.why_unknown(name, args))
+                let given = self.assumed(&name.key).filter(|_| !is_calculation(&name.key));
+                given.unwrap_or_else(|| Value::unknown(self.why_unknown(name, args)))
             }
         }
     }

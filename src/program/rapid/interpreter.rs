@@ -75,6 +75,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) turning: Option<Turning>,
     /// The work object of the motion before.
     pub(super) active_object: WorkObject,
+    /// Whether the arm stands where it went: the last move stops at its end.
+    pub(super) stands: bool,
     /// The joints behind it, if they are known, degrees.
     pub(super) joints_now: Option<[f64; 6]>,
     /// Outputs that the program has set, by name in lower case.
@@ -138,6 +140,7 @@ impl<'a> Interpreter<'a> {
             monitors: [true; 2],
             turning: Some(Turning::WithArc),
             active_object: WorkObject::default(),
+            stands: true,
             joints_now: None,
             outputs: HashMap::new(),
             timed: Timed::of(file),

@@ -1,8 +1,9 @@
 //! FOR and WHILE.
 
 use super::interpreter::{Flow, Interpreter};
-use super::syntax::{Block, Expr, Name};
+use super::syntax::{Block, Expr, Name, What};
 use super::value::Value;
+use super::walk::statements_in;
 use crate::notes::Code;
 use crate::program::single;
 
@@ -80,11 +81,18 @@ impl<'a> Interpreter<'a> {
 
     pub(super) fn while_loop(&mut self, line: usize, condition: &'a Expr, body: &'a Block) -> Flow {
         if *condition == Expr::Bool(true) {
-            self.log.warning(
-                Code::MotionLeftOut,
-                line,
-                "an endless loop: read once, without the move from its end back to its beginning",
-            );
+            let mut inside = statements_in(std::iter::once(body));
+            let what = match inside.any(|what| matches!(what, What::Return(_) | What::Goto(_))) {
+                false => {
+                    "an endless loop: read once, without the move from its end back to its \
+                     beginning"
+                }
+                true => {
+                    "WHILE TRUE, which RETURN or GOTO may leave: read once; what further passes \
+                     do, and what stands behind the loop, is not read"
+                }
+            };
+            self.log.warning(Code::MotionLeftOut, line, what);
             return match self.block(body) {
                 Flow::Next => Flow::Exit,
                 flow => flow,

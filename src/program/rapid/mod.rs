@@ -10,6 +10,7 @@
 mod calls;
 mod carried;
 mod cursor;
+mod cycles;
 mod ends;
 mod eval;
 mod filled;

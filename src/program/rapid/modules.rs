@@ -1,7 +1,7 @@
 //! Names that several modules have, each its own: what a module declares LOCAL is seen in it alone.
 //!
-//! Where a name is LOCAL in one module and declared in another, too, it is another name in the
-//! first, as it is read; the main file keeps its own where no module has the name for all.
+//! Where a name is LOCAL in one module and stands in another, too, it is another name in the first,
+//! as it is read.
 
 use std::collections::{HashMap, HashSet};
 
@@ -30,18 +30,47 @@ pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
             owners.push(one);
         }
     }
+    let strange = used_elsewhere(texts, &owners);
     let mut renamed = Renamed::new();
     for (name, owners) in owners {
-        if owners.len() < 2 || kept.contains(name) {
+        let is_strange = strange.contains(name);
+        if owners.len() < 2 && !is_strange || kept.contains(name) {
             continue;
         }
-        let is_global = owners.iter().any(|one| !one.is_local);
+        let is_global = owners.iter().any(|one| !one.is_local) || is_strange;
         for one in owners.iter().filter(|one| one.is_local && (is_global || !one.is_of_main)) {
             let own = format!("{name} of {}", one.module);
             renamed.entry(one.module.clone()).or_default().insert(name.to_owned(), own);
         }
     }
     renamed
+}
+
+/// Names that are LOCAL wherever they are declared, and that stand in another module.
+fn used_elsewhere(texts: &[&str], owners: &HashMap<&str, Vec<&Declared>>) -> HashSet<String> {
+    let mut found = HashSet::new();
+    let modules: HashSet<&str> = owners.values().flatten().map(|own| own.module.as_str()).collect();
+    let local = owners.iter().filter(|(_, owners)| owners.iter().all(|own| own.is_local));
+    let local: HashMap<&str, &Vec<&Declared>> = local.map(|(name, own)| (*name, own)).collect();
+    if modules.len() < 2 || local.is_empty() {
+        return found;
+    }
+    for text in texts {
+        let (mut module, mut names_module) = (String::new(), false);
+        for token in Lexer::new(text) {
+            let Kind::Word(word) = token.kind else { continue };
+            let word = word.to_lowercase();
+            if names_module {
+                module.clone_from(&word);
+            }
+            names_module = word == "module";
+            let owners = local.get(word.as_str());
+            if owners.is_some_and(|owners| owners.iter().all(|own| own.module != module)) {
+                found.insert(word);
+            }
+        }
+    }
+    found
 }
 
 /// Data and routines of the modules of a text; what stands in routines is theirs alone.

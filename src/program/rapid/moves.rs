@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use super::carried::{Holds, WorkObject};
 use super::instructions::{Motion, ToolAt, Way};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr, Path};
+use super::syntax::{Args, Expr, Name, Path};
 use super::value::{NO_AXIS, Value, from_pose, pose};
 use super::walk::Named;
 use crate::motion::{Configuration, Target, Turning, Work};
@@ -44,6 +44,8 @@ impl<'a> Interpreter<'a> {
             ToolAt::Last => args.positional.last().ok_or("the tool is missing")?,
         };
         let (tcp, holds) = self.tool_centre_point(line, tool)?;
+        let zone = args.positional.iter().take_while(|own| !std::ptr::eq(*own, tool)).last();
+        self.stands = option("inpos").is_some() || zone.is_some_and(|zone| self.stops(zone));
         self.names_tool(line, tool, args);
         if holds == Holds::Work {
             let what = "the tool stands (robhold FALSE): the tip carries the gripper with the \
@@ -227,6 +229,27 @@ impl<'a> Interpreter<'a> {
              out",
         )?;
         Ok(Value::List(vec![Value::nums(&joints), self.where_external()]))
+    }
+
+    /// Whether a zone is that of a stop: `fine`, or zonedata that say so.
+    fn stops(&mut self, zone: &'a Expr) -> bool {
+        let is_own = |path: &Path| self.is_own(path) || self.file.data.contains_key(&path.name.key);
+        match zone {
+            Expr::Ref(path) if path.name.key == "fine" && !is_own(path) => true,
+            _ => self.eval(zone).part(0, "zonedata").and_then(Value::bool) == Ok(true),
+        }
+    }
+
+    /// Tells where the program asks for where the arm is while it moves on.
+    pub(super) fn doubt_where(&mut self, function: &Name) {
+        if !self.stands && self.log.has_moved() {
+            let what = format!(
+                "{} asks for where the arm is behind a move that does not stop (fine): the end of \
+                 that move is taken",
+                function.shown
+            );
+            self.log.warning(Code::MotionLeftOut, self.line, what);
+        }
     }
 
     /// `CRobT()`: the last target, in the work object and with the tool asked for, or with those of

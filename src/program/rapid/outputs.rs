@@ -124,7 +124,10 @@ impl<'a> Interpreter<'a> {
                 let name = &signal.name.shown;
                 format!("{head}; assume: {{\"{name}\": …}} in the job can give what {name} is")
             }
-            _ => head,
+            _ => format!(
+                "{head}; assume: {{\"{}\": …}} in the job can give it, the same for each call",
+                function.shown
+            ),
         }
     }
 

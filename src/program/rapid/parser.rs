@@ -23,7 +23,9 @@ pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
     let others = &settings.companions;
     let all: Vec<&str> =
         [text].into_iter().chain(others.iter().map(|other| other.text.as_str())).collect();
-    let renamed = renamed(&all, &named_by_job(settings));
+    let mut kept = named_by_job(settings);
+    kept.insert("main".to_owned());
+    let renamed = renamed(&all, &kept);
     let texts = others.iter().map(|other| (other.text.as_str(), Some(other.name.as_str())));
     for (text, name) in [(text, None)].into_iter().chain(texts) {
         let cursor = Cursor::new(text, name.is_none(), &renamed);

@@ -12,6 +12,7 @@ use super::walk::{blocks_in, functions_in, functions_of, names_in};
 use crate::motion::Turning;
 use crate::notes::Code;
 use crate::program::cell::Given;
+use crate::program::single;
 use crate::program::spindle_names::is_spindles;
 
 /// The instruction that says what the gripper holds.
@@ -68,8 +69,9 @@ impl<'a> Interpreter<'a> {
     pub(super) fn run(mut self, routine: &'a Routine, args: &'a Args) {
         self.warn_of_traps();
         self.frames.push(HashMap::new());
-        self.call_routine(routine, args);
+        let flow = self.call_routine(routine, args);
         self.tell_who_moves(routine);
+        self.doubt_next_cycles(routine, args, &flow);
     }
 
     pub(super) fn block(&mut self, block: &'a Block) -> Flow {
@@ -214,10 +216,8 @@ impl<'a> Interpreter<'a> {
             match effect {
                 Effect::Motion => {
                     // Where the cause is a signal that is read, its name is told already.
-                    let hint = match why.contains("assume: {") {
-                        true => "",
-                        false => "; assume: in the job can settle it",
-                    };
+                    let is_told = why.contains("assume: {") || why.contains(single::COUNT);
+                    let hint = if is_told { "" } else { "; assume: in the job can settle it" };
                     let what = format!("{keyword} decides about motion at run time: {why}{hint}");
                     self.log.error(Code::Motion, line, what);
                     return;
@@ -426,6 +426,7 @@ impl<'a> Interpreter<'a> {
         }
         match key {
             "waittime" => self.wait(line, args),
+            "waitrob" => self.stands = true,
             "exit" | "systemstopaction" => return Flow::Exit,
             "exitcycle" => {
                 self.starts_again = true;
@@ -487,6 +488,7 @@ impl<'a> Interpreter<'a> {
 
     /// `WaitTime 2;`: the arm stands.
     fn wait(&mut self, line: usize, args: &'a Args) {
+        self.stands |= args.optional.iter().any(|(name, _)| name == "inpos");
         match args.positional.first().map(|expr| self.eval(expr).num()) {
             Some(Ok(seconds)) => self.log.dwell(line, seconds),
             Some(Err(why)) => {

@@ -41,7 +41,7 @@ impl<'a> Interpreter<'a> {
                 None => return,
             },
         };
-        let (shown, key) = (&name.shown, &name.key);
+        let (shown, key) = (&name.shown, name.shown.to_lowercase());
         let what = format!(
             "{keyword} asks for '{shown}', which is PERS and which no file that is read sets: the \
              value of its declaration decides {decided}; assume: {{{key}: …}} in the job can \
@@ -53,8 +53,12 @@ impl<'a> Interpreter<'a> {
     /// Whether motion may depend on a datum, or on what an instruction of this name sets.
     fn is_of_motion(&self, name: &Name) -> bool {
         let key = name.key.as_str();
-        let all = self.of_motion.get_or_init(|| of_motion(self.file));
-        all.contains(key) || STAND_FOR.contains(&key)
+        self.of_motion().contains(key) || STAND_FOR.contains(&key)
+    }
+
+    /// The data on which motion may depend.
+    pub(super) fn of_motion(&self) -> &HashSet<&'a str> {
+        self.of_motion.get_or_init(|| of_motion(self.file))
     }
 
     /// `ExitCycle` in a branch runs `main` again with the data of the modules as they are: another

@@ -204,11 +204,106 @@ fn exit_cycle_in_a_branch_leaves_the_moves_behind_it_to_the_next_cycle() {
         doubts(rapid(data, &format!("n:=n+1;\nIF n<3 ExitCycle;\n{last}"))),
         [(Code::MotionLeftOut, 8)]
     );
-    assert_eq!(doubts(rapid(data, &format!("n:=n+1;\nIF n>3 ExitCycle;\n{last}"))), []);
+    // In the fourth cycle it does, as n counts on.
+    assert_eq!(
+        doubts(rapid(data, &format!("n:=n+1;\nIF n>3 ExitCycle;\n{last}"))),
+        [(Code::MotionLeftOut, 4)]
+    );
+    assert_eq!(doubts(rapid(data, &format!("n:=1;\nIF n>3 ExitCycle;\n{last}"))), []);
     assert_eq!(doubts(rapid(data, &format!("{last}\nIF n<3 ExitCycle;"))), []);
     let other = format!("IF n<3 THEN\nn:=n+1;\nExitCycle;\nELSE\n{last}\nENDIF");
     assert_eq!(doubts(rapid(data, &other)), [(Code::MotionLeftOut, 10)]);
     assert_eq!(doubts(rapid(data, &format!("{last}\nExitCycle;"))), []);
+}
+
+/// At its end `main` starts again, and the data of the modules stay.
+#[test]
+fn a_cycle_that_leaves_other_data_is_not_the_last_word() {
+    let data = "VAR num n:=0;\nVAR bool first:=TRUE;\nPERS num made:=0;\nVAR robtarget at;";
+    let there = |x: &str| format!("MoveL Offs(p0,{x},0,0),v100,fine,tool0;");
+    let again = [(Code::MotionLeftOut, 7)];
+    for body in [
+        // One stage a cycle; a way that only the first has; a row of parts; stages of three.
+        format!("TEST n\nCASE 0:\n{}\nn:=1;\nCASE 1:\n{}\nENDTEST", there("1"), there("2")),
+        format!("IF first THEN\n{}\nfirst:=FALSE;\nENDIF", there("1")),
+        format!("{}\nn:=n+10;", there("n")),
+        format!("IF n=2 THEN\n{}\nENDIF\nIncr n;", there("1")),
+    ] {
+        assert_eq!(doubts(rapid(data, &body)), again, "{body}");
+        // A procedure of another name is a part of a cycle.
+        let text = module(data, &body).replace("main()", "part()");
+        assert_eq!(doubts(read(text.as_bytes(), Dialect::Rapid, &settings())), [], "{body}");
+    }
+    for body in [
+        format!("n:=0;\nWHILE n<3 DO\n{}\nn:=n+1;\nENDWHILE", there("n")),
+        format!("{}\nmade:=made+1;\nTPWrite \"made\" \\Num:=made;", there("1")),
+        format!("at:=Offs(p0,1,0,0);\nMoveL at,v100,fine,tool0;\nfirst:=FALSE;"),
+        format!("{}\nn:=n+1;\nEXIT;", there("n")),
+    ] {
+        assert_eq!(doubts(rapid(data, &body)), [], "{body}");
+    }
+    // A local datum starts anew.
+    let text =
+        module("", &format!("n:=n+10;\n{}", there("n"))).replace("main()", "main()\nVAR num n:=0;");
+    assert_eq!(doubts(read(text.as_bytes(), Dialect::Rapid, &settings())), []);
+}
+
+/// CRobT reads where the arm is, not where it goes.
+#[test]
+fn where_the_arm_is_is_known_behind_a_stop() {
+    let data = "VAR robtarget at;\nVAR zonedata stop:=[TRUE,0,0,0,0,0,0];";
+    let ask = "at:=CRobT(\\Tool:=tool0\\WObj:=wobj0);\nMoveL Offs(at,0,5,0),v100,fine,tool0;";
+    let doubt = [(Code::MotionLeftOut, 8)];
+    for (zone, expected) in [
+        ("z50", &doubt[..]),
+        ("z0", &doubt),
+        ("fine", &[]),
+        ("stop", &[]),
+        ("z50\\Inpos:=inpos20", &[]),
+    ] {
+        let found = doubts(rapid(data, &format!("MoveL Offs(p0,1,0,0),v100,{zone},tool0;\n{ask}")));
+        assert_eq!(found, expected, "{zone}");
+    }
+    let moving = "MoveL Offs(p0,1,0,0),v100,z50,tool0;";
+    for wait in ["WaitTime \\InPos,0;", "WaitRob \\InPos;"] {
+        assert_eq!(doubts(rapid(data, &format!("{moving}\n{wait}\n{ask}"))), [], "{wait}");
+    }
+    assert_eq!(
+        doubts(rapid(data, &format!("{moving}\nWaitTime 1;\n{ask}"))),
+        [(Code::MotionLeftOut, 9)]
+    );
+}
+
+/// What is LOCAL in another module is not seen, in one file or in two, whichever comes first.
+#[test]
+fn local_data_are_seen_in_their_own_module_alone() {
+    let user = "MODULE a\nPROC main()\nMoveL p0,v100,fine,tool0;\nMoveL Offs(p0,1,0,0),v100,fine,tool0;\n\
+                ENDPROC\nENDMODULE\n";
+    let owner = |local: &str| {
+        format!(
+            "MODULE b\n{local}CONST robtarget p0:=[[0,0,500],[0,1,0,0],[0,0,0,0],\
+             [9E9,9E9,9E9,9E9,9E9,9E9]];\nENDMODULE\n"
+        )
+    };
+    let all = |local: &str| [format!("{user}{}", owner(local)), format!("{}{user}", owner(local))];
+    for text in all("LOCAL ") {
+        let found = read(text.as_bytes(), Dialect::Rapid, &settings());
+        refused(found, "'p0' is not declared in this file");
+    }
+    for text in all("") {
+        assert_eq!(x(read(text.as_bytes(), Dialect::Rapid, &settings())), [1.0]);
+    }
+}
+
+/// Functions that only the run knows have what the job assumes of them.
+#[test]
+fn what_the_job_assumes_of_a_function() {
+    let asked = format!("IF OpMode()=1 THEN\n{BRANCH}");
+    refused(rapid("", &asked), "assume: {\"OpMode\": …}");
+    let job = assuming(&[("opmode", Assumed::Number(1.0))]);
+    assert_eq!(x(rapid_with("", &asked, &job)), [1.0]);
+    let by_way = format!("n:=OpMode();\nIF n=1 THEN\n{BRANCH}");
+    assert_eq!(x(rapid_with("VAR num n;", &by_way, &job)), [1.0]);
 }
 
 #[test]

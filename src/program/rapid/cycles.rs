@@ -1,0 +1,69 @@
+//! `main` starts again at its end, with the data of the modules as the cycle has left them.
+
+use std::collections::HashMap;
+
+use super::interpreter::{Flow, Global, Interpreter};
+use super::syntax::{Args, Routine};
+use super::value::Value;
+use crate::notes::Code;
+use crate::program::log::Log;
+
+/// Names that are told.
+const SHOWN: usize = 4;
+
+impl<'a> Interpreter<'a> {
+    /// Runs a second cycle beside the first, of which nothing is kept: where it moves otherwise, or
+    /// leaves other data that a third may move by, that is told.
+    pub(super) fn doubt_next_cycles(&mut self, start: &'a Routine, args: &'a Args, flow: &Flow) {
+        let ends = matches!(flow, Flow::Next | Flow::Return(_));
+        if start.name.key != "main" || !ends || !self.log.has_moved() || self.log.has_errors() {
+            return;
+        }
+        let first = self.changed();
+        if first.is_empty() {
+            return;
+        }
+        let log = self.log.beside();
+        let of_first = std::mem::replace(&mut *self.log, log);
+        self.call_routine(start, args);
+        let of_second: Log = std::mem::replace(&mut *self.log, of_first);
+        let second = self.changed();
+        let moves_alike = self.log.moves_like(&of_second);
+        let all = first.keys().chain(second.keys());
+        let mut others: Vec<&str> = all
+            .filter(|key| !moves_alike || first.get(*key) != second.get(*key))
+            .filter_map(|key| Some(self.file.data.get(*key)?.name.shown.as_str()))
+            .collect();
+        others.sort_unstable();
+        others.dedup();
+        if others.is_empty() {
+            return;
+        }
+        let more = others.len().saturating_sub(SHOWN);
+        others.truncate(SHOWN);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let what = format!(
+            "at its end main starts again, with '{}'{more} as they are then: what later cycles do \
+             is not read",
+            others.join("', '")
+        );
+        self.log.warning(Code::MotionLeftOut, start.line.max(1), what);
+    }
+
+    /// Data of the modules on which motion may depend and which the program has changed.
+    fn changed(&mut self) -> HashMap<&'a str, Value> {
+        let known: Vec<(&'a str, Value)> = (self.globals.iter())
+            .filter(|(key, _)| self.of_motion().contains(*key))
+            .filter_map(|(key, global)| match global {
+                Global::Known(value) => Some((*key, value.clone())),
+                _ => None,
+            })
+            .collect();
+        let file = self.file;
+        let initial = |run: &mut Self, key| Some(run.initial_value(file.data.get(key)?));
+        known
+            .into_iter()
+            .filter(|(key, now)| initial(self, *key).is_some_and(|own| own != *now))
+            .collect()
+    }
+}
