@@ -32,6 +32,19 @@ pub(super) struct Noise {
 
 /// The likeliest noise for residuals of ln f, one a point; `None` where the model has no such mode.
 pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
+    let s2 = likeliest_variance(points, residuals);
+    let mut weights = Vec::with_capacity(points.len());
+    let ln_likelihood = ln_likelihood_at(s2, points, residuals, |weight| weights.push(weight));
+    Noise { ln_likelihood, scale: s2.sqrt(), weights }
+}
+
+/// ln likelihood at the likeliest scale.
+pub(super) fn ln_likelihood(points: &[Point], residuals: &[Option<f64>]) -> f64 {
+    ln_likelihood_at(likeliest_variance(points, residuals), points, residuals, |_| ())
+}
+
+/// Scale² of t.
+fn likeliest_variance(points: &[Point], residuals: &[Option<f64>]) -> f64 {
     let nu = NOISE_FREEDOM;
     let known = points.iter().zip(residuals).filter_map(|(point, r)| Some((point, (*r)?)));
     // r² and rounding over u² of each point, in fours; zeros behind the last count for nothing.
@@ -89,33 +102,42 @@ pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
             break;
         }
     }
+    s2
+}
+
+/// ln likelihood under a scale²; hands on the weight over variance of each point.
+fn ln_likelihood_at(
+    s2: f64,
+    points: &[Point],
+    residuals: &[Option<f64>],
+    mut weigh: impl FnMut(f64),
+) -> f64 {
+    let nu = NOISE_FREEDOM;
     let constant =
         ln_gamma(0.5 * (nu + 1.0)) - ln_gamma(0.5 * nu) - 0.5 * (nu * std::f64::consts::PI).ln();
     let mut ln_likelihood = 0.0;
-    let mut weights = Vec::with_capacity(points.len());
+    let mut count = 0;
     // Products of some variances and of 1 + z²/ν: one logarithm for all.
     let mut product = [1.0; 2];
     let of_product =
         |[variance, spread]: [f64; 2]| -0.5 * variance.ln() - 0.5 * (nu + 1.0) * spread.ln();
-    let mut factors = 0;
     for (point, r) in points.iter().zip(residuals) {
         let Some(r) = r else {
             ln_likelihood += UNPREDICTED;
-            weights.push(0.0);
+            weigh(0.0);
             continue;
         };
         let variance = s2 * point.unit.powi(2) + point.rounding;
         let z2 = r * r / variance;
         product = [product[0] * variance, product[1] * (1.0 + z2 / nu)];
-        factors += 1;
-        if factors % 4 == 0 {
+        count += 1;
+        if count % 4 == 0 {
             ln_likelihood += of_product(product);
             product = [1.0; 2];
         }
-        weights.push((nu + 1.0) / (nu + z2) / variance);
+        weigh((nu + 1.0) / (nu + z2) / variance);
     }
-    ln_likelihood += count * constant + of_product(product);
-    Noise { ln_likelihood, scale: s2.sqrt(), weights }
+    ln_likelihood + f64::from(count) * constant + of_product(product)
 }
 
 #[cfg(test)]

@@ -213,20 +213,23 @@ impl Change {
         let stiffness = if self.is_diagonal() || !self.couples { along_diagonal } else { along };
         stiffness(&self.stiffness, shape) - omega_squared * mass(&self.mass, shape)
     }
-}
 
-impl Change {
-    /// φ_sᵀ (dK − ω² dM) φ of two modes: what turns one towards the other.
-    pub(super) fn between(&self, other: &[f64], shape: &[f64], omega_squared: f64) -> f64 {
-        let n = shape.len();
-        let column = |j: usize| {
-            let own = (0..n).map(|i| {
-                let change = self.stiffness[(i, j)] - omega_squared * self.mass[(i, j)];
-                other[i] * change
-            });
-            own.sum::<f64>() * shape[j]
-        };
-        (0..n).map(column).sum()
+    /// (dK − ω² dM) φ of a mode φ: along another mode, what turns the one towards the other.
+    pub(super) fn force(&self, shape: &[f64], omega_squared: f64) -> Vec<f64> {
+        if self.is_diagonal() {
+            let own = |(i, own): (usize, &f64)| {
+                (self.stiffness[(i, i)] - omega_squared * self.mass[(i, i)]) * own
+            };
+            return shape.iter().enumerate().map(own).collect();
+        }
+        let mut force = vec![0.0; shape.len()];
+        for (j, own) in shape.iter().enumerate() {
+            let (stiffness, mass) = (self.stiffness.column(j), self.mass.column(j));
+            for (force, (k, m)) in force.iter_mut().zip(stiffness.iter().zip(&mass)) {
+                *force += (k - omega_squared * m) * own;
+            }
+        }
+        force
     }
 }
 

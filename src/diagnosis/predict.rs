@@ -85,12 +85,13 @@ pub(super) fn predict(
                         / (2.0 * omega_squared)
                 })
             };
-            let along = |turns: &Vec<f64>, shape: &[f64]| -> f64 {
+            let along = |turns: &[f64], shape: &[f64]| -> f64 {
                 turns.iter().zip(shape).map(|(turn, part)| turn * part).sum()
             };
             // dφ = Σ φ_s φ_sᵀ (dK − ω² dM) φ / (ω² − ω_s²) over the other modes s.
             let turned = |change: &Option<Change>| -> Vec<f64> {
                 let Some(change) = change else { return vec![0.0; turns.len()] };
+                let force = change.force(pencils.shape(i, r), omega_squared);
                 let mut moved = vec![0.0; n];
                 for (s, &other) in pencils.omega_squared(i).iter().enumerate() {
                     let apart = omega_squared - other;
@@ -98,7 +99,7 @@ pub(super) fn predict(
                         continue;
                     }
                     let shape = pencils.shape(i, s);
-                    let share = change.between(shape, pencils.shape(i, r), omega_squared);
+                    let share = along(&force, shape);
                     moved.iter_mut().zip(shape).for_each(|(m, part)| *m += share / apart * part);
                 }
                 turns.iter().map(|turns| along(turns, &moved) / STEP).collect()

@@ -1,14 +1,14 @@
 //! What each candidate does to the frequencies, once and for all: to be tried on what a model
 //! leaves without solving an eigenproblem again.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVectorView};
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
 use super::fit::{Fit, normal_equations};
 use super::hypothesis::Hypothesis;
-use super::likelihood::noise;
-use super::problem::Problem;
+use super::likelihood::ln_likelihood;
+use super::problem::{Evaluation, Problem};
 use super::statistics::rms;
 
 /// Starts of a candidate that are tried: all of a new spring's, and some of its other parameters.
@@ -84,7 +84,15 @@ impl Screen {
         let (information, _) = normal_equations(&parent.hypothesis, &parent.evaluation);
         let p = information.nrows();
         let inverse = (information + DMatrix::from_diagonal_element(p, p, 1e-9)).try_inverse();
-        Beside { screen: self, problem, parent, inverse }
+        let Evaluation { left, noise, .. } = &parent.evaluation;
+        let mut rows = Vec::with_capacity(left.innovations.len() * (2 + p));
+        let both = left.innovations.iter().zip(&noise.weights).zip(&left.slopes);
+        for ((r, weight), slopes) in both {
+            let weight = if r.is_some() { *weight } else { 0.0 };
+            rows.extend([weight, weight * r.unwrap_or(0.0)]);
+            rows.extend((0..p).map(|k| weight * slopes.get(k).unwrap_or(&0.0)));
+        }
+        Beside { screen: self, problem, parent, inverse, rows }
     }
 }
 
@@ -95,13 +103,15 @@ pub(super) struct Beside<'s, 'c> {
     parent: &'s Fit<'c>,
     /// Covariance of the fit's parameters; `None` where the data do not part them.
     inverse: Option<DMatrix<f64>>,
+    /// By point: its weight, and that times what the fit leaves and times each slope.
+    rows: Vec<f64>,
 }
 
 impl<'c> Beside<'_, 'c> {
     /// What ln likelihood the candidate `which` may gain on the fit, at its starts and along the
     /// way to them.
     pub(super) fn expected_gain(&self, which: usize, candidate: &'c Candidate) -> f64 {
-        let Self { screen, problem, parent, inverse } = self;
+        let Self { screen, problem, parent, inverse, rows } = self;
         let before = &parent.evaluation;
         let cost = 0.5 * candidate.parameters.len() as f64;
         if candidate.cause.is_of_the_instrument() {
@@ -115,46 +125,64 @@ impl<'c> Beside<'_, 'c> {
             return best.fold(f64::NEG_INFINITY, f64::max) - cost;
         }
         let points = &problem.data.points;
-        let weights = &before.noise.weights;
+        let decorrelation = &problem.data.decorrelation;
+        let left = &before.left;
         let p = parent.hypothesis.inner().len();
         let mut best = f64::NEG_INFINITY;
+        let mut effect = Vec::with_capacity(points.len());
+        let mut sums = vec![0.0; 2 + p];
         for (_, moved) in &screen.moved[which] {
-            let mut residuals = Vec::with_capacity(points.len());
-            let mut effect = Vec::with_capacity(points.len());
-            for (point, residual) in points.iter().zip(&before.left.residuals) {
-                let (plain, moved) = (screen.plain[point.index], moved[point.index]);
-                residuals.push(match (plain, moved, residual) {
-                    (Some(plain), Some(moved), Some(r)) => Some(r - (moved - plain)),
-                    (_, Some(moved), None) => Some(point.ln_f - moved),
-                    (_, _, r) => *r,
-                });
-                effect.push(match (plain, moved, residual) {
+            effect.clear();
+            let mut is_known = true;
+            effect.extend(points.iter().zip(&left.residuals).map(|(point, residual)| {
+                match (screen.plain[point.index], moved[point.index], residual) {
                     (Some(plain), Some(moved), Some(_)) => moved - plain,
-                    _ => 0.0,
-                });
+                    _ => {
+                        is_known = false;
+                        0.0
+                    }
+                }
+            }));
+            let mut residuals = Vec::new();
+            if !is_known {
+                residuals = decorrelation.of_residuals(&self.residuals_with(moved));
             }
-            let decorrelation = &problem.data.decorrelation;
             decorrelation.apply(&mut effect);
-            let residuals = decorrelation.of_residuals(&residuals);
-            let mut along = DVector::zeros(p);
-            let (mut product, mut square) = (0.0, 0.0);
-            for (i, (&s, r)) in effect.iter().zip(&before.left.innovations).enumerate() {
-                let Some(r) = r else { continue };
-                product += weights[i] * s * r;
-                square += weights[i] * s * s;
-                for (along, slope) in along.iter_mut().zip(&before.left.slopes[i]) {
-                    *along += weights[i] * s * slope;
+            if is_known {
+                let both = left.innovations.iter().zip(&effect);
+                residuals.extend(both.map(|(r, s)| Some((*r)? - s)));
+            }
+            best = best.max(ln_likelihood(points, &residuals) - before.noise.ln_likelihood);
+            sums.fill(0.0);
+            for (&s, row) in effect.iter().zip(rows.chunks_exact(2 + p)) {
+                sums[0] += row[0] * s * s;
+                for (sum, own) in sums[1..].iter_mut().zip(&row[1..]) {
+                    *sum += s * own;
                 }
             }
-            best = best.max(noise(points, &residuals).ln_likelihood - before.noise.ln_likelihood);
+            let (mut square, product) = (sums[0], sums[1]);
             if let Some(inverse) = inverse {
-                square -= (along.transpose() * inverse * &along)[(0, 0)];
+                let along = DVectorView::from_slice(&sums[2..], p);
+                square -= along.dot(&(inverse * along));
             }
             if square > 1e-9 {
                 best = best.max(0.5 * product * product / square);
             }
         }
         best - cost
+    }
+
+    /// What would be left with a candidate at a start, whose modes are not all those of the fit.
+    fn residuals_with(&self, moved: &Prediction) -> Vec<Option<f64>> {
+        let both = self.problem.data.points.iter().zip(&self.parent.evaluation.left.residuals);
+        let with = both.map(|(point, residual)| {
+            match (self.screen.plain[point.index], moved[point.index], residual) {
+                (Some(plain), Some(moved), Some(r)) => Some(r - (moved - plain)),
+                (_, Some(moved), None) => Some(point.ln_f - moved),
+                (_, _, r) => *r,
+            }
+        });
+        with.collect()
     }
 }
 
