@@ -14,6 +14,9 @@ const MAX_SEARCHED: usize = 300;
 /// edge as often as not, rad.
 const SAME_CONFIGURATION: f64 = 0.02;
 
+/// Angles below this are rounding of targets with their three digits, rad.
+const ROUNDING: f64 = 2e-4;
+
 /// How far beside an arm configuration a move may end, rad: a quadrant, as the controller compares
 /// them; beside stated joint positions nothing, as another elbow may be no quadrant off.
 fn slack(lowest: f64, highest: f64) -> f64 {
@@ -143,7 +146,8 @@ fn turned_into(
             let in_limits = limit.is_none_or(|[lower, upper]| (lower..=upper).contains(at));
             (*at == own || in_limits) && (lowest - slack..=highest + slack).contains(at)
         };
-        let beyond = |at: &f64| (lowest - at).max(at - highest).max(0.0);
+        // A joint that rounding puts beside an edge makes no whole turn.
+        let beyond = |at: &f64| (lowest - at).max(at - highest).max(ROUNDING) - ROUNDING;
         let fitting = turns.into_iter().filter(fits);
         let nearest = fitting.min_by(|a, b| beyond(a).total_cmp(&beyond(b)));
         *turned.get_mut(joint)? = nearest?;

@@ -363,6 +363,7 @@ impl Reader<'_> {
         self.cutter.straight_to_hole(line, at, axis, &hole);
         let height = hole.retract;
         self.at = Some(to + self.axis.into_inner() * height);
+        self.is_behind_cycle = true;
         Ok(())
     }
 }

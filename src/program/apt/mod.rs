@@ -108,6 +108,10 @@ struct Reader<'a> {
     ended_cycle: Option<Cycle>,
     /// Points behind a cycle that is refused are no moves.
     cycle_is_refused: bool,
+    /// Whether the tool stands above the last hole.
+    is_behind_cycle: bool,
+    /// Whether the last FEDRAT is per revolution.
+    is_per_revolution: bool,
     tools: Tools,
     systems: Systems,
 }
@@ -135,6 +139,8 @@ impl<'a> Reader<'a> {
             cycle: None,
             ended_cycle: None,
             cycle_is_refused: false,
+            is_behind_cycle: false,
+            is_per_revolution: false,
             tools: Tools::default(),
             systems: Systems::new(settings.coordinates),
         }
@@ -366,6 +372,13 @@ impl<'a> Reader<'a> {
         if self.cycle.is_some() {
             return Err("a relative move within a cycle; write GOTO, or end the cycle".to_owned());
         }
+        if self.is_behind_cycle {
+            return Err(
+                "a relative move behind a cycle counts from its last hole, not from where \
+                        the tool is; write GOTO"
+                    .to_owned(),
+            );
+        }
         let from = self.at.ok_or("a relative move before any position")?;
         self.doubt_axis();
         let by = match minor {
@@ -399,6 +412,7 @@ impl<'a> Reader<'a> {
         self.cutter.tilt(frame.axis(self.axis));
         self.cutter.line_to(line, frame.point(to), pace);
         self.at = Some(to);
+        self.is_behind_cycle = false;
     }
 
     /// The feed that `unit` (default: per minute) makes of a number.
@@ -438,7 +452,16 @@ impl<'a> Reader<'a> {
         let ([(number, span)], [] | [_]) = (numbers.as_slice(), names.as_slice()) else {
             return Err("expected a number and a unit".to_owned());
         };
-        let unit = names.first().map(String::as_str);
+        let mut unit = names.first().map(String::as_str);
+        match unit {
+            None if self.is_per_revolution => {
+                let what = "FEDRAT without a unit behind one per revolution is taken as per \
+                            revolution: some posts take it as per minute";
+                self.cutter.log.warning(Code::UnitAssumed, line, what);
+                unit = Some("PERREV");
+            }
+            _ => self.is_per_revolution = matches!(unit, Some("PERREV" | "MMPR" | "IPR")),
+        }
         self.fed_behind_rapid = self.rapid.then_some(line);
         let feed = self.feed_of(line, *number, unit)?;
         self.cutter.state_feed(line, feed, *number, Some(*span));

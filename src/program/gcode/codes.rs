@@ -43,7 +43,9 @@ pub(super) fn run(machine: &mut Machine<'_>, flow: &mut Flow<'_>, line: usize, b
     if block.words.is_empty() && block.names.is_empty() {
         return;
     }
-    if block.word(b'E').is_some() {
+    // To G65 it is an argument.
+    let is_macro = block.words.iter().any(|word| word.letter == b'G' && word.value == 65.0);
+    if block.word(b'E').is_some() && !is_macro {
         machine.cutter.log.warning(Code::AxisIgnored, line, "E words are left out");
     }
     let contradictions = contradictions(block);

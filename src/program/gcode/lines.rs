@@ -31,7 +31,7 @@ impl Machine<'_> {
         block: &Block,
         pace: Pace,
     ) -> Result<(), String> {
-        self.turn(block)?;
+        self.turn(line, block, pace == Pace::Rapid)?;
         let end = self.end_of(block)?;
         let corner = asked(block, |length| self.mm(length))?;
         match end {
@@ -53,7 +53,7 @@ impl Machine<'_> {
         block: &Block,
         clockwise: bool,
     ) -> Result<(), String> {
-        self.turn(block)?;
+        self.turn(line, block, false)?;
         if asked(block, |length| length)?.is_some() {
             return Err("a corner at the end of an arc is not supported".to_owned());
         }
@@ -102,7 +102,7 @@ impl Machine<'_> {
 
     /// CIP: through a point on the way.
     pub(super) fn arc_through(&mut self, line: usize, block: &Block) -> Result<(), String> {
-        let [start, end] = self.ends_of_arc(block)?;
+        let [start, end] = self.ends_of_arc(line, block)?;
         let mut via = start;
         let shift = self.shift.total();
         for (axis, letter) in ON_THE_WAY.into_iter().enumerate() {
@@ -127,7 +127,7 @@ impl Machine<'_> {
 
     /// CT: on from the line or arc before without a bend, in the plane.
     pub(super) fn arc_tangent(&mut self, line: usize, block: &Block) -> Result<(), String> {
-        let [start, end] = self.ends_of_arc(block)?;
+        let [start, end] = self.ends_of_arc(line, block)?;
         let Plane([u, v, _]) = self.plane;
         let heading = self.cutter.heading.map(|way| Vector2::new(way[u], way[v]));
         let heading = heading.and_then(|way| way.try_normalize(1e-9));
@@ -157,8 +157,8 @@ impl Machine<'_> {
     }
 
     /// Start and end of an arc of Sinumerik's.
-    fn ends_of_arc(&mut self, block: &Block) -> Result<[Vector3<f64>; 2], String> {
-        self.turn(block)?;
+    fn ends_of_arc(&mut self, line: usize, block: &Block) -> Result<[Vector3<f64>; 2], String> {
+        self.turn(line, block, false)?;
         self.no_corner()?;
         if asked(block, |length| length)?.is_some() {
             return Err("a corner at the end of an arc is not supported".to_owned());

@@ -21,9 +21,10 @@ impl<'a> Rotary<'a> {
         Self { axes, angles: vec![0.0; axes.len()] }
     }
 
-    /// Whether the block turns an axis; one that the job does not name must stay at zero.
-    pub(super) fn turn(&mut self, block: &Block, relative: bool) -> Result<bool, String> {
-        let mut turned = false;
+    /// How far the block turns an axis at most, degrees; one that the job does not name must stay
+    /// at zero.
+    pub(super) fn turn(&mut self, block: &Block, relative: bool) -> Result<f64, String> {
+        let mut turned: f64 = 0.0;
         for word in block.words.iter().filter(|word| LETTERS.contains(&word.letter)) {
             let of_job = self.axes.iter().position(|axis| axis.letter == word.letter);
             let Some(index) = of_job else {
@@ -42,7 +43,7 @@ impl<'a> Rotary<'a> {
                 Counts::Relative => true,
             };
             let angle = if by { self.angles[index] + word.value } else { word.value };
-            turned |= angle != self.angles[index];
+            turned = turned.max((angle - self.angles[index]).abs());
             self.angles[index] = angle;
         }
         Ok(turned)

@@ -18,6 +18,12 @@ use crate::units::mm_from_inch;
 pub(super) const AXES: [u8; 3] = *b"XYZ";
 const CENTRES: [u8; 3] = *b"IJK";
 
+/// The shorter way round is not told from the longer.
+const HALF_TURN_DEG: f64 = 180.0;
+
+/// A chord for the arc of a turn is 0.4 % off its radius.
+const STRAIGHT_DEG: f64 = 10.0;
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Motion {
     None,
@@ -214,8 +220,14 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Rotary axes and tool directions of a block.
-    pub(super) fn turn(&mut self, block: &Block) -> Result<(), String> {
+    /// Rotary axes and tool directions of a block. The path is taken to be straight in the work, and
+    /// the shorter way round.
+    pub(super) fn turn(
+        &mut self,
+        line: usize,
+        block: &Block,
+        is_rapid: bool,
+    ) -> Result<(), String> {
         let direction = DIRECTION.map(|letter| block.word(letter).map(|word| word.value));
         if direction.iter().any(Option::is_some) {
             // A component that is not given is zero.
@@ -223,8 +235,18 @@ impl<'a> Machine<'a> {
             let axis = axis.try_normalize(1e-6).ok_or("A3, B3 and C3 give no direction")?;
             self.cutter.tilt(nalgebra::Unit::new_unchecked(axis));
         }
-        if self.rotary.turn(block, self.relative)? {
+        let turned = self.rotary.turn(block, self.relative)?;
+        if turned > 0.0 {
             self.cutter.tilt(self.rotary.tool_axis());
+        }
+        let most = if is_rapid { HALF_TURN_DEG } else { STRAIGHT_DEG };
+        if turned > most && self.cutter.log.has_moved() {
+            let what = format!(
+                "a rotary axis turns by {turned}° in one move: it is read as straight in the work, \
+                 the shorter way round, and at the feed along that, which is right under G43.4, \
+                 TRAORI or M128 alone; write turns as steps of up to {most}°"
+            );
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
         }
         Ok(())
     }

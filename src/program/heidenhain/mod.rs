@@ -436,7 +436,7 @@ impl<'a, 't> Reader<'a, 't> {
                 _ if code == 2.0 || code == 30.0 => self.has_end = true,
                 _ if code == 91.0 || code == 92.0 || code == 140.0 => {
                     if !moves {
-                        return Err(format!("M{code} without a move"));
+                        return Err(format!("M{code} without a move; write L M{code}"));
                     }
                 }
                 _ if code == 128.0 => {
@@ -541,7 +541,8 @@ fn turns_nothing(block: &Block<'_>) -> bool {
 /// Whether a block cannot stand between the two lines of a corner, which are drawn together.
 fn parts_lines(block: &Block<'_>) -> bool {
     let parts = |code: f64| ![7.0, 8.0, 9.0].contains(&code);
-    !matches!(block.name(0), "L" | "LP" | "CC" | "RND" | "CHF" | "" | "M")
+    let reckons = block.name(0) == "FN" || block.name(0).starts_with('Q');
+    !(reckons || matches!(block.name(0), "L" | "LP" | "CC" | "RND" | "CHF" | "" | "M"))
         || block.all("M").any(parts)
 }
 

@@ -8,6 +8,9 @@ use super::words::{fills, is_harmless, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::{Given, set_by_call};
 
+/// Behind the name of a routine: why what it may set is not known.
+pub(super) const MAY_SET: &str = "is in no file that is read and may set it";
+
 /// Of an expression that calls a function: it needs more of the stack than a statement.
 const DEPTH: usize = 3;
 
@@ -57,7 +60,7 @@ impl<'a> Run<'a> {
              not read"
         );
         self.log.warning(Code::MotionLeftOut, line, what);
-        let what = format!("'{name}' is in no file that is read and may set it");
+        let what = format!("'{name}' {MAY_SET}");
         self.forget_signals(&what);
         for arg in args.iter().flatten() {
             if let Expr::Ref(path) = arg {

@@ -189,6 +189,8 @@ impl<'a> Run<'a> {
         fields: &[String],
         value: Value,
     ) -> Result<(), String> {
+        let beside = self.beside.iter().find(|own| own.key == key);
+        let value = beside.map_or(value, |own| Value::unknown(own.why.clone()));
         let declared = self.type_of(&key);
         // A component of a frame that the job gives: the others stay.
         if !fields.is_empty()
@@ -322,10 +324,26 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What is in no file may have set any signal.
+    /// What is in no file may have set any signal that the program has set. Of others the job's word
+    /// is that of when the program asks.
     pub(super) fn forget_signals(&mut self, what: &str) {
-        for list in SIGNALS {
-            self.forget_all(list, what);
+        for (key, value) in &mut self.globals {
+            if SIGNALS.contains(&base(key)) {
+                self.forgotten.insert(key.clone());
+                *value = Value::unknown(what);
+            }
+        }
+    }
+
+    /// `VARSTATE("X")` of a datum that the program has set.
+    fn state_of(&mut self, name: Option<&Value>) -> Value {
+        match name {
+            Some(Value::Text(name))
+                if !matches!(self.datum(&name.to_lowercase()), Value::Unknown(_)) =>
+            {
+                Value::Enum("initialized".to_owned())
+            }
+            _ => Value::unknown("function 'varstate' is known only at run time"),
         }
     }
 
@@ -350,6 +368,13 @@ impl<'a> Run<'a> {
             "sin" => of(|x| rad_from_deg(x).sin()),
             "cos" => of(|x| rad_from_deg(x).cos()),
             "tan" => of(|x| rad_from_deg(x).tan()),
+            // Its first half turn alone is counted alike everywhere.
+            "atan2" => known(num().and_then(|y| match values.get(1).map(Value::num) {
+                Some(Ok(x)) if y >= 0.0 => Ok(Value::real(deg_from_rad(y.atan2(x)))),
+                Some(Err(why)) => Err(why),
+                _ => Err("ATAN2 of a negative Y is not read".to_owned()),
+            })),
+            "varstate" => self.state_of(first),
             "acos" => of(|x| deg_from_rad(x.acos())),
             "inv_pos" | "inv_frame" => {
                 known(first.ok_or_else(String::new).and_then(|value| {

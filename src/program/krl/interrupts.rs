@@ -20,6 +20,14 @@ struct Unread<'a> {
     own: HashSet<&'a str>,
 }
 
+/// A datum that something beside the program may set at any time.
+pub(super) struct Beside {
+    /// The number of the interrupt; `None` of a trigger, and of one whose number is not known.
+    interrupt: Option<String>,
+    pub(super) key: String,
+    pub(super) why: String,
+}
+
 impl<'a> Run<'a> {
     pub(super) fn declare_interrupt(&mut self, number: &'a Expr, action: Option<&'a What>) {
         // One of which the number is not known may be any.
@@ -40,17 +48,36 @@ impl<'a> Run<'a> {
         }
         let is_on = |key: &str| key.is_empty() || number.as_deref().is_none_or(|own| own == key);
         let on = self.interrupts.iter().filter(|(key, _)| is_on(key));
-        let actions: Vec<_> = on.map(|(_, action)| *action).collect();
-        for action in actions {
-            self.leave_out(line, "an interrupt", action);
+        let actions: Vec<_> = on.map(|(key, action)| (key.clone(), *action)).collect();
+        for (key, action) in actions {
+            let key = Some(key).filter(|key| !key.is_empty());
+            self.leave_out(line, "an interrupt", key, action);
+        }
+    }
+
+    /// What the program sets from here on holds.
+    pub(super) fn interrupt_off(&mut self, number: Option<&'a Expr>) {
+        match number.map(|expr| self.eval(expr).num()) {
+            None => self.beside.retain(|own| own.interrupt.is_none()),
+            Some(Ok(number)) => {
+                let number = Some(number.to_string());
+                self.beside.retain(|own| own.interrupt != number);
+            }
+            Some(Err(_)) => {}
         }
     }
 
     pub(super) fn trigger(&mut self, line: usize, action: Option<&'a What>) {
-        self.leave_out(line, "a TRIGGER", action);
+        self.leave_out(line, "a TRIGGER", None, action);
     }
 
-    fn leave_out(&mut self, line: usize, by: &str, action: Option<&'a What>) {
+    fn leave_out(
+        &mut self,
+        line: usize,
+        by: &str,
+        interrupt: Option<String>,
+        action: Option<&'a What>,
+    ) {
         let unread = match action {
             Some(what) => self.unread(what),
             None => {
@@ -69,6 +96,9 @@ impl<'a> Run<'a> {
             }
             let what = format!("'{}' is set by {by}: known only at run time", path.name);
             self.forget(path, &what);
+            if let (false, Ok(key)) = (unread.own.contains(path.name.as_str()), self.key(path)) {
+                self.beside.push(Beside { interrupt: interrupt.clone(), key, why: what });
+            }
         }
     }
 

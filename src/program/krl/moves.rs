@@ -557,6 +557,12 @@ impl<'a> Run<'a> {
         let end = self.target(parts, motion)?;
         // The controller turns the arm on PTP alone.
         let asked = (motion.way == Way::Joint).then(|| self.configuration(parts)).flatten();
+        let has = |name: &str| parts.contains_key(name);
+        if motion.way == Way::Joint && asked.is_none() && has("s") && self.log.has_moved() {
+            let what = "S without T: which arm configuration it asks for is not read, and the \
+                        nearest is taken";
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
         self.log.configure(asked);
         let to = match motion.way {
             Way::Joint => Target::JointsTo(end),

@@ -311,7 +311,7 @@ fn is_word(token: &Kind, words: &[&str]) -> bool {
     matches!(token, Kind::Word(word) if words.contains(&word.as_str()))
 }
 
-/// `[GLOBAL] INTERRUPT DECL n WHEN … DO …`, `INTERRUPT ON n`.
+/// `[GLOBAL] INTERRUPT DECL n WHEN … DO …`, `INTERRUPT ON n`, `INTERRUPT OFF n`.
 fn interrupt(tokens: &[Kind]) -> Result<What, String> {
     let at = tokens.iter().position(|token| is_word(token, &["interrupt"])).unwrap_or(0);
     let mut cursor = Cursor::new(tokens);
@@ -319,9 +319,13 @@ fn interrupt(tokens: &[Kind]) -> Result<What, String> {
     if cursor.take_word("decl") {
         return Ok(What::InterruptDecl(cursor.expression()?, action(tokens)));
     }
-    if cursor.take_word("on") {
-        let number = if cursor.is_end() { None } else { Some(cursor.expression()?) };
-        return Ok(What::InterruptOn(number));
+    for (word, of) in
+        [("on", What::InterruptOn as fn(Option<Expr>) -> What), ("off", What::InterruptOff)]
+    {
+        if cursor.take_word(word) {
+            let number = if cursor.is_end() { None } else { Some(cursor.expression()?) };
+            return Ok(of(number));
+        }
     }
     Ok(What::Call("interrupt".to_owned(), Vec::new()))
 }

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
+use super::calls::MAY_SET;
+use super::interrupts::Beside;
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::turns::Turns;
 use super::value::{Sort, Type, Value, base, unset};
@@ -86,6 +88,8 @@ pub(super) struct Run<'a> {
     pub(super) place: (usize, usize),
     /// By number: what interrupts do.
     pub(super) interrupts: BTreeMap<String, Option<&'a What>>,
+    /// What interrupts that are on, and triggers, may set at any time.
+    pub(super) beside: Vec<Beside>,
     budget: usize,
     pub(super) tcp: Isometry3<f64>,
     pub(super) base: Isometry3<f64>,
@@ -139,6 +143,7 @@ impl<'a> Run<'a> {
             line: 1,
             place: (0, 0),
             interrupts: BTreeMap::new(),
+            beside: Vec::new(),
             budget: file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             tcp: settings.tcp.unwrap_or_default(),
             base: settings.work_object.unwrap_or_default(),
@@ -353,6 +358,7 @@ impl<'a> Run<'a> {
                 self.declare_interrupt(number, action.as_deref())
             }
             What::InterruptOn(number) => self.interrupt_on(line, number.as_ref()),
+            What::InterruptOff(number) => self.interrupt_off(number.as_ref()),
             What::Trigger(action) => self.trigger(line, action.as_deref()),
             What::NotUnderstood(why) => self.log.error(Code::Syntax, line, why.clone()),
         }
@@ -430,7 +436,11 @@ impl<'a> Run<'a> {
                         self.waited(args, &values);
                     }
                     What::Call(name, args) if fills(name) => self.fill(name, args),
-                    What::Declare(..) | What::Halt | What::WaitSec(_) | What::Label(_) => {}
+                    What::Declare(..)
+                    | What::Halt
+                    | What::WaitSec(_)
+                    | What::Label(_)
+                    | What::InterruptOff(_) => {}
                     What::InterruptDecl(number, action) => {
                         self.declare_interrupt(number, action.as_deref());
                     }
@@ -465,9 +475,11 @@ impl<'a> Run<'a> {
 
     fn decides(&mut self, line: usize, keyword: &str, why: &str) {
         self.is_way_open = true;
-        let what = format!(
-            "{keyword} decides about motion at run time: {why}; assume: in the job can settle it"
-        );
+        let hint = match why.contains(MAY_SET) {
+            true => "path.program.files in the job can name its file",
+            false => "assume: in the job can settle it",
+        };
+        let what = format!("{keyword} decides about motion at run time: {why}; {hint}");
         self.log.error(Code::Motion, line, what);
     }
 

@@ -98,6 +98,8 @@ pub(super) enum What {
     InterruptDecl(Expr, Option<Box<What>>),
     /// `INTERRUPT ON n`, or all.
     InterruptOn(Option<Expr>),
+    /// `INTERRUPT OFF n`, of all without a number.
+    InterruptOff(Option<Expr>),
     /// `TRIGGER WHEN … DO …`, likewise.
     Trigger(Option<Box<What>>),
     /// A fault if it is ever reached.

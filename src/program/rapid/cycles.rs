@@ -52,18 +52,21 @@ impl<'a> Interpreter<'a> {
 
     /// Data of the modules on which motion may depend and which the program has changed.
     fn changed(&mut self) -> HashMap<&'a str, Value> {
-        let known: Vec<(&'a str, Value)> = (self.globals.iter())
-            .filter(|(key, _)| self.of_motion().contains(*key))
-            .filter_map(|(key, global)| match global {
-                Global::Known(value) => Some((*key, value.clone())),
-                _ => None,
-            })
-            .collect();
+        let is_of_motion = |key: &&&'a str| self.of_motion().contains(*key);
+        let written: Vec<&'a str> = match self.written.is_empty() {
+            true => Vec::new(),
+            false => self.written.iter().filter(is_of_motion).copied().collect(),
+        };
         let file = self.file;
-        let initial = |run: &mut Self, key| Some(run.initial_value(file.data.get(key)?));
-        known
-            .into_iter()
-            .filter(|(key, now)| initial(self, *key).is_some_and(|own| own != *now))
-            .collect()
+        let mut changed = HashMap::new();
+        for key in written {
+            let declared = file.data.get(key).map(|own| self.initial_value(own));
+            if let (Some(Global::Known(now)), Some(declared)) = (self.globals.get(key), declared)
+                && *now != declared
+            {
+                changed.insert(key, now.clone());
+            }
+        }
+        changed
     }
 }

@@ -145,10 +145,13 @@ impl<'a> Interpreter<'a> {
                 .last_mut()
                 .and_then(|frame| frame.get_mut(key))
                 .map(|datum| &mut datum.value),
-            Scope::Module => match self.globals.get_mut(key) {
-                Some(Global::Known(value)) => Some(value),
-                _ => None,
-            },
+            Scope::Module => {
+                self.written.insert(key);
+                match self.globals.get_mut(key) {
+                    Some(Global::Known(value)) => Some(value),
+                    _ => None,
+                }
+            }
         };
         let root = root.ok_or_else(|| undeclared(&path.name))?;
         let value = known(within_depth(value, way.len()));

@@ -56,6 +56,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) comments: Comments,
     pub(super) log: &'a mut Log,
     pub(super) globals: HashMap<&'a str, Global>,
+    /// Those that the program has set, or may have.
+    pub(super) written: HashSet<&'a str>,
     /// The data of the routines that run, the innermost last.
     pub(super) frames: Vec<HashMap<String, Datum<'a>>>,
     /// Calls, blocks and expressions in one another.
@@ -129,6 +131,7 @@ impl<'a> Interpreter<'a> {
             comments,
             log,
             globals: HashMap::new(),
+            written: HashSet::new(),
             frames: Vec::new(),
             forgotten: HashSet::new(),
             depth: 0,

@@ -339,10 +339,12 @@ impl<'a> Interpreter<'a> {
         if let Some(datum) = self.frames.last_mut().and_then(|frame| frame.get_mut(&name.key)) {
             datum.value = value.clone();
             if let Some((key, _)) = &datum.stands_for {
+                self.written.insert(key);
                 self.globals.insert(key, Global::Known(value.clone()));
             }
         }
         if self.file.data.contains_key(&name.key) {
+            self.written.insert(&name.key);
             self.globals.insert(&name.key, Global::Known(value.clone()));
         }
         if matches!(value, Value::Unknown(_)) && !self.is_declared(&name.key) {

@@ -154,6 +154,31 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
     assert_eq!((at(&per_turn[0]), per_turn.len()), (2, 1));
 }
 
+/// Modal in the manuals of posts, per minute in some.
+#[test]
+fn a_feed_without_a_unit_behind_one_per_revolution_is_a_doubt() {
+    let program = apt(
+        "UNITS/MM\nSPINDL/1000,RPM,CLW\nGOTO/0,0,0\nFEDRAT/0.2,MMPR\nGOTO/1,0,0\nFEDRAT/0.4\nGOTO/2,0,0\n\
+         FEDRAT/300,MMPM\nGOTO/3,0,0\nFEDRAT/600\nGOTO/4,0,0",
+    );
+    let feeds = program.moves[1..].iter().map(|own| (own.feed_m_per_s * 6e4).round());
+    assert_eq!(feeds.collect::<Vec<_>>(), [200.0, 400.0, 300.0, 600.0]);
+    let told: Vec<usize> =
+        program.warnings.iter().filter(|note| note.code == Code::UnitAssumed).map(at).collect();
+    assert_eq!(told, [6]);
+}
+
+/// It counts from the last hole; the tool stands above that.
+#[test]
+fn a_relative_move_behind_a_cycle_is_refused() {
+    let cycle = "FEDRAT/100,MMPM\nGOTO/0,0,50\nCYCLE/DRILL,DEPTH,20,MMPM,150,CLEAR,3\nGOTO/10,0,0\nCYCLE/OFF\n";
+    let found = faults(&format!("{cycle}GODLTA/10,0,0"), Dialect::Apt);
+    assert!(found[0].what.contains("counts from its last hole"), "{found:?}");
+    let program = apt(&format!("{cycle}GOTO/10,0,50\nGODLTA/10,0,0"));
+    let last = end(program.moves.last().unwrap()).1.translation.vector;
+    assert!((last - Vector3::new(0.02, 0.0, 0.05)).norm() < 1e-12, "{last}");
+}
+
 #[test]
 fn things_beside_the_motion_are_told() {
     let program = apt(

@@ -3,7 +3,7 @@
 use detune::notes::Note;
 use detune::program::{Dialect, NewSpeed, Program, Rewrite, Spindle, read, rewrite};
 
-use super::support::{assert_ends, at, lines, settings};
+use super::support::{assert_ends, at, end, lines, settings};
 
 fn conversational(text: &str) -> Result<Program, Vec<Note>> {
     read(text.as_bytes(), Dialect::Heidenhain, &settings())
@@ -49,6 +49,24 @@ fn a_pocket_with_arcs_a_repeat_and_a_hole() {
     assert_eq!(program.moves[9].feed_m_per_s, 0.0025);
     assert_eq!(program.moves[1].stated.spindle, Some(Spindle::Turns(Some(8000.0))));
     assert_eq!(program.moves[1].stated.tool, Some(5));
+}
+
+/// What is worked out between the lines of a corner moves nothing.
+#[test]
+fn a_corner_with_a_calculation_behind_it() {
+    let text = |between: &str| {
+        format!(
+            "BEGIN PGM A MM\nTOOL CALL 5 Z S8000\nL X+0 Y+0 Z+5 R0 FMAX M3\nL X+50 F500\nRND R5\n{between}\
+             L Y+40\nLBL 1\nEND PGM A MM\n"
+        )
+    };
+    let plain = conversational(&text("")).unwrap();
+    for between in ["Q1 = 50\n", "FN 0: Q1 = +50\n", "FN 9: IF +0 EQU +1 GOTO LBL 1\n", "; why\n"] {
+        let found = conversational(&text(between)).unwrap();
+        let ends = |own: &Program| own.moves.iter().map(end).collect::<Vec<_>>();
+        assert_eq!(ends(&found), ends(&plain), "{between}");
+        assert_eq!(found.moves.len(), 4, "{between}");
+    }
 }
 
 #[test]

@@ -397,3 +397,55 @@ fn bits_of_whole_numbers_are_joined() {
     }
     refused(krl("REAL R\nR=1.5 B_AND 1\nLIN {X R}"), "is no INT");
 }
+
+/// What an interrupt that is on sets, it may set behind an assignment, too; so may a trigger.
+#[test]
+fn interrupts_of_krl_come_at_any_time() {
+    let asked = "WAIT SEC 0\nIF GV==3 THEN\nLIN {X 1}\nELSE\nLIN {X 2}\nENDIF";
+    let with = |first: &str, then: &str| {
+        format!(
+            "INT GV\nGV=0\nINTERRUPT DECL 20 WHEN $IN[5] DO GV=5\n{first}\nGV=3\nLIN {{X 9}}\n{then}\n{asked}"
+        )
+    };
+    let said = "'gv' is set by an interrupt: known only at run time";
+    refused(krl(&with("INTERRUPT ON 20", "")), said);
+    refused(krl(&with("INTERRUPT ON 20", "INTERRUPT OFF 20")), said);
+    refused(krl(&with("INTERRUPT ON 20", "INTERRUPT OFF 21\nGV=3")), said);
+    refused(krl(&with("INTERRUPT ON", "INTERRUPT OFF")), said);
+    for own in [
+        with("INTERRUPT ON 20", "INTERRUPT OFF 20\nGV=3"),
+        with("INTERRUPT ON", "INTERRUPT OFF\nGV=3"),
+        with("", ""),
+    ] {
+        assert_eq!(x(krl(&own)), [9.0, 1.0], "{own}");
+    }
+    let trigger = with("TRIGGER WHEN DISTANCE=0 DELAY=0 DO GV=5", "");
+    refused(krl(&trigger), "'gv' is set by a TRIGGER");
+    let feed =
+        "INTERRUPT DECL 20 WHEN $IN[5] DO V=0.01\nINTERRUPT ON 20\nV=0.1\n$VEL.CP=V\nLIN {X 1}";
+    refused(krl(&format!("REAL V\n{feed}")), "'v' is set by an interrupt");
+}
+
+/// A routine in no file may set what the program has set; of other signals the job's word counts.
+#[test]
+fn signals_behind_a_routine_that_is_not_read() {
+    let asked = "IF $OUT[99]==FALSE THEN\nLIN {X 1}\nELSE\nLIN {X 2}\nENDIF";
+    let job = assuming(&[("$out[99]", Assumed::Truth(false))]);
+    assert_eq!(x(krl_with(&format!("USER_GRP()\n{asked}"), &job)), [1.0]);
+    let set = format!("$OUT[99]=TRUE\nUSER_GRP()\n{asked}");
+    refused(krl_with(&set, &job), "path.program.files in the job can name its file");
+}
+
+#[test]
+fn functions_of_krl() {
+    // atan2(1, -1) is 135°.
+    assert_eq!(x(krl("LIN {X ATAN2(1.0,-1.0)}")), [135.0]);
+    refused(krl("LIN {X ATAN2(-1.0,1.0)}"), "ATAN2 of a negative Y");
+    let state = |set: &str| {
+        format!("{set}IF VARSTATE(\"N\")==#INITIALIZED THEN\nLIN {{X 1}}\nELSE\nLIN {{X 2}}\nENDIF")
+    };
+    assert_eq!(x(krl(&state("INT N\nN=1\n"))), [1.0]);
+    refused(krl(&state("INT N\n")), "'varstate' is known only at run time");
+    let asked = krl("PTP {X 1,Y 0,Z 500,A 0,B 0,C 180,S 6}");
+    assert_eq!(doubts(asked), [(Code::MotionLeftOut, 4)]);
+}

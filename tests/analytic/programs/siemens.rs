@@ -3,7 +3,7 @@
 use detune::notes::{Code, Note};
 use detune::program::{Dialect, Program, RotaryAxis, Settings, read};
 
-use super::support::{assert_ends, end, settings};
+use super::support::{assert_ends, at, end, settings};
 
 const HEAD: &str = "G710 G17 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\nF120\n";
 
@@ -141,6 +141,39 @@ fn what_is_not_clear_is_refused() {
     let text = format!("{HEAD}MCALL CYCLE81(20,0,2,-8)\nX10\nA90\nMCALL\nM30\n");
     let found = read(text.as_bytes(), Dialect::Sinumerik, &turned).unwrap_err();
     assert!(found[0].what.contains("turned work"), "{found:?}");
+}
+
+/// A turn of the work carries the tool on an arc: the line that is read is one under TRAORI alone.
+#[test]
+fn turns_of_rotary_axes_in_one_move() {
+    let turned = Settings {
+        rotary_axes: vec![RotaryAxis {
+            letter: b'C',
+            axis: nalgebra::Vector3::z_axis(),
+            turns_work: true,
+            origin_mm: nalgebra::Vector3::zeros(),
+        }],
+        ..settings()
+    };
+    let told = |text: &str| -> Vec<usize> {
+        let text = format!("{HEAD}G0 X40 Y0 Z0 C0\n{text}M30\n");
+        let found = read(text.as_bytes(), Dialect::Sinumerik, &turned).unwrap();
+        let doubts = found.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+        doubts.map(at).collect()
+    };
+    let first = HEAD.lines().count() + 2;
+    for text in [
+        "G1 C360 F720\n",
+        "G1 C=IC(360) F720\n",
+        "G1 C90 F720\n",
+        "G1 X50 C-20 F300\n",
+        "G0 C270\n",
+    ] {
+        assert_eq!(told(text), [first], "{text}");
+    }
+    for text in ["G0 C90\nG1 X50 F300\n", "G1 X41 C2 F300\nG1 X42 C4\n", "G0 C-180\n"] {
+        assert_eq!(told(text), Vec::<usize>::new(), "{text}");
+    }
 }
 
 /// Two whole turns beyond the quarter: so much longer than the quarter alone.
