@@ -220,8 +220,8 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Rotary axes and tool directions of a block. The path is taken to be straight in the work, and
-    /// the shorter way round.
+    /// Rotary axes and tool directions of a block. The path is taken to be straight in the work,
+    /// and the shorter way round.
     pub(super) fn turn(
         &mut self,
         line: usize,

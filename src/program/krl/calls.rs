@@ -4,12 +4,9 @@ use super::run::{Flow, Frame, Run, given};
 use super::syntax::{Expr, Path, Routine};
 use super::value::{Value, is_position};
 use super::walk::paths_in;
-use super::words::{fills, is_harmless, sounds_like_motion};
+use super::words::{MAY_SET, fills, is_harmless, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::{Given, set_by_call};
-
-/// Behind the name of a routine: why what it may set is not known.
-pub(super) const MAY_SET: &str = "is in no file that is read and may set it";
 
 /// Of an expression that calls a function: it needs more of the stack than a statement.
 const DEPTH: usize = 3;

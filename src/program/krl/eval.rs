@@ -324,8 +324,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What is in no file may have set any signal that the program has set. Of others the job's word
-    /// is that of when the program asks.
+    /// What is in no file may have set any signal that the program has set. Of others the job's
+    /// word is that of when the program asks.
     pub(super) fn forget_signals(&mut self, what: &str) {
         for (key, value) in &mut self.globals {
             if SIGNALS.contains(&base(key)) {

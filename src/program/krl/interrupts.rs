@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use super::run::Run;
+use super::run::{Beside, Run};
 use super::syntax::{Block, Expr, Path, What};
 use super::walk::{blocks_in, expressions, functions_in};
 use super::words::{is_harmless, is_own_function, sets_motion};
@@ -18,14 +18,6 @@ struct Unread<'a> {
     sets: Vec<(&'a Path, Option<&'a Expr>)>,
     /// What its own routines declare.
     own: HashSet<&'a str>,
-}
-
-/// A datum that something beside the program may set at any time.
-pub(super) struct Beside {
-    /// The number of the interrupt; `None` of a trigger, and of one whose number is not known.
-    interrupt: Option<String>,
-    pub(super) key: String,
-    pub(super) why: String,
 }
 
 impl<'a> Run<'a> {

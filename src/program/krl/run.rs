@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::calls::MAY_SET;
-use super::interrupts::Beside;
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::turns::Turns;
 use super::value::{Sort, Type, Value, base, unset};
 use super::walk::{expressions, functions_in};
-use super::words::{fills, is_harmless, is_own_function, is_without_effect, sounds_like_motion};
+use super::words::{
+    MAY_SET, fills, is_harmless, is_own_function, is_without_effect, sounds_like_motion,
+};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_name};
@@ -54,6 +54,14 @@ pub(super) enum Flow {
     Jump,
     /// The program ends.
     Halt,
+}
+
+/// A datum that something beside the program may set at any time.
+pub(super) struct Beside {
+    /// The number of the interrupt; `None` of a trigger, and of one whose number is not known.
+    pub(super) interrupt: Option<String>,
+    pub(super) key: String,
+    pub(super) why: String,
 }
 
 pub(super) struct Run<'a> {

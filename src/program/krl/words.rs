@@ -1,5 +1,8 @@
 //! Which words of KRL move, and which certainly do not.
 
+/// Behind the name of a routine: why what it may set is not known.
+pub(super) const MAY_SET: &str = "is in no file that is read and may set it";
+
 /// Lines that begin so neither move nor change anything that is read here.
 pub(super) fn is_harmless_keyword(word: &str) -> bool {
     const HARMLESS: [&str; 24] = [
