@@ -16,8 +16,11 @@ use crate::units::{deg_from_rad, rad_from_deg};
 /// Why `PR[GP1:1,7]` is not read.
 pub(super) const OF_A_GROUP: &str = "PR[GP…]: elements of a group are not supported";
 
-/// Functions of one number by their names; angles are in degrees.
-const FUNCTIONS: [(&str, fn(f64) -> f64); 10] = [
+/// A function by its name.
+type Function = (&'static str, fn(f64) -> f64);
+
+/// Functions of one number; angles are in degrees.
+const FUNCTIONS: [Function; 10] = [
     ("SQRT", f64::sqrt),
     ("SIN", |degrees| rad_from_deg(degrees).sin()),
     ("COS", |degrees| rad_from_deg(degrees).cos()),
