@@ -237,7 +237,7 @@ fn a_cycle_that_leaves_other_data_is_not_the_last_word() {
     for body in [
         format!("n:=0;\nWHILE n<3 DO\n{}\nn:=n+1;\nENDWHILE", there("n")),
         format!("{}\nmade:=made+1;\nTPWrite \"made\" \\Num:=made;", there("1")),
-        format!("at:=Offs(p0,1,0,0);\nMoveL at,v100,fine,tool0;\nfirst:=FALSE;"),
+        "at:=Offs(p0,1,0,0);\nMoveL at,v100,fine,tool0;\nfirst:=FALSE;".to_owned(),
         format!("{}\nn:=n+1;\nEXIT;", there("n")),
     ] {
         assert_eq!(doubts(rapid(data, &body)), [], "{body}");
