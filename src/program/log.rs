@@ -13,7 +13,7 @@ use super::{Dialect, Pace, Program, Settings, Spindle, SpindleCommand, standing}
 use crate::motion::{
     Circle, Configuration, Load, Move, Stated, StatedFeeds, Target, Timing, Turning, Work,
 };
-use crate::notes::{Code, Note, Notes};
+use crate::notes::{Class, Code, Note, Notes};
 
 /// Moves, spindle commands, errors and warnings so far.
 #[derive(Debug)]
@@ -50,6 +50,8 @@ pub(super) struct Log {
     within: String,
     /// Texts of the warnings.
     warned: HashSet<String>,
+    /// Of those that are doubts.
+    doubts: HashSet<String>,
 }
 
 /// Turns from here on may go either way round: programs round to a few digits.
@@ -162,15 +164,16 @@ impl Log {
             kinds: Kinds::default(),
             within: String::new(),
             warned: HashSet::new(),
+            doubts: HashSet::new(),
         }
     }
 
-    /// Whether another has the same moves at the same speeds, and runs without an error.
+    /// Whether another has the same moves and speeds, and neither an error nor a doubt more.
     pub(super) fn moves_like(&self, other: &Self) -> bool {
-        let way = |own: &Move| (own.to.clone(), own.tcp, own.feed_m_per_s, own.timing, own.line);
         !other.has_errors()
-            && self.moves.iter().map(way).eq(other.moves.iter().map(way))
+            && self.moves == other.moves
             && self.spindle == other.spindle
+            && other.doubts.is_subset(&self.doubts)
     }
 
     /// A program of so many lines follows: most make one move or none.
@@ -201,6 +204,9 @@ impl Log {
     /// Something beside the motion is left out or assumed; kept once, at the first line.
     pub(super) fn warning(&mut self, code: Code, line: usize, what: impl Into<String>) {
         let what = format!("{}{}", self.within, what.into());
+        if code.class() == Class::Doubt {
+            self.doubts.insert(what.clone());
+        }
         if self.warned.insert(what.clone()) {
             self.notes.warning(code, line, what);
         }

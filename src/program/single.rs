@@ -23,12 +23,18 @@ pub(super) fn is_same(left: f64, right: f64) -> Result<bool, String> {
 }
 
 /// Refuses numbers of which rounding decides which is larger. Whole numbers and binary fractions
-/// are exact.
+/// are exact; what sums leave beside zero is none.
 fn apart(left: f64, right: f64) -> Result<(), String> {
     /// What some hundred sums lose, as a share.
     const ROUNDED: f64 = 1e-5;
-    let is_exact = |number: f64| f64::from(number as f32) == number;
-    let is_far = (left - right).abs() > ROUNDED * left.abs().max(right.abs());
+    /// What they leave of numbers that cancel each other.
+    const LEFT: f64 = 1e-4;
+    /// Parts of one that are exact.
+    const PARTS: f64 = 65_536.0;
+    let is_exact =
+        |number: f64| f64::from(number as f32) == number && (number * PARTS).fract() == 0.0;
+    let off = (left - right).abs();
+    let is_far = off > LEFT && off > ROUNDED * left.abs().max(right.abs());
     if is_far || is_exact(left) && is_exact(right) { Ok(()) } else { Err(rounded(right)) }
 }
 

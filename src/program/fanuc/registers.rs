@@ -624,7 +624,20 @@ impl<'a> Registers<'a> {
             };
             return Ok((known == (right == "ON")) == (operator == "="));
         }
+        // Numbers as the text has them are rounded alike.
+        let is_written = |text: &str| text.parse::<f64>().is_ok() || self.place(text).is_some();
+        let are_written = is_written(left) && is_written(right);
         let (left, right) = (self.value(left)?, self.value(right)?);
+        if let (true, Some(order)) = (are_written, left.partial_cmp(&right)) {
+            return Ok(match operator {
+                "=" => order.is_eq(),
+                "<>" => order.is_ne(),
+                "<" => order.is_lt(),
+                "<=" => order.is_le(),
+                ">" => order.is_gt(),
+                _ => order.is_ge(),
+            });
+        }
         Ok(match operator {
             "=" => single::is_same(left, right)?,
             "<>" => !single::is_same(left, right)?,

@@ -21,6 +21,9 @@ const CENTRES: [u8; 3] = *b"IJK";
 /// The shorter way round is not told from the longer.
 const HALF_TURN_DEG: f64 = 180.0;
 
+/// Angles below this are rounding.
+const ROUNDING_DEG: f64 = 1e-6;
+
 /// A chord for the arc of a turn is 0.4 % off its radius.
 const STRAIGHT_DEG: f64 = 10.0;
 
@@ -240,9 +243,9 @@ impl<'a> Machine<'a> {
             self.cutter.tilt(self.rotary.tool_axis());
         }
         let most = if is_rapid { HALF_TURN_DEG } else { STRAIGHT_DEG };
-        if turned > most && self.cutter.log.has_moved() {
+        if turned > most + ROUNDING_DEG && self.cutter.log.has_moved() {
             let what = format!(
-                "a rotary axis turns by {turned}° in one move: it is read as straight in the work, \
+                "a rotary axis turns by {turned:.1}° in one move: it is read as straight in the work, \
                  the shorter way round, and at the feed along that, which is right under G43.4, \
                  TRAORI or M128 alone; write turns as steps of up to {most}°"
             );

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use nalgebra::Isometry3;
 
-use super::run::Run;
+use super::run::{Beside, Run};
 use super::signals::named_by;
 use super::syntax::{Expr, Path};
 use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, base, frame, of_frame, unset};
@@ -189,7 +189,9 @@ impl<'a> Run<'a> {
         fields: &[String],
         value: Value,
     ) -> Result<(), String> {
-        let beside = self.beside.iter().find(|own| own.key == key);
+        let scope = self.scope(&key);
+        let is_it = |own: &&Beside| [key.as_str(), base(&key)].contains(&own.key.as_str());
+        let beside = self.beside.iter().find(|own| own.scope == scope && is_it(own));
         let value = beside.map_or(value, |own| Value::unknown(own.why.clone()));
         let declared = self.type_of(&key);
         // A component of a frame that the job gives: the others stay.
@@ -236,6 +238,11 @@ impl<'a> Run<'a> {
                 Ok(())
             }
         }
+    }
+
+    /// The routine whose own a datum is, by its depth; `None` of what is there for all.
+    pub(super) fn scope(&self, key: &str) -> Option<usize> {
+        self.frames.last().filter(|frame| frame.has(key)).map(|_| self.frames.len())
     }
 
     pub(super) fn store(&mut self, key: &str) -> &mut HashMap<String, Value> {
@@ -370,7 +377,8 @@ impl<'a> Run<'a> {
             "tan" => of(|x| rad_from_deg(x).tan()),
             // Its first half turn alone is counted alike everywhere.
             "atan2" => known(num().and_then(|y| match values.get(1).map(Value::num) {
-                Some(Ok(x)) if y >= 0.0 => Ok(Value::real(deg_from_rad(y.atan2(x)))),
+                // Without the sign of a zero.
+                Some(Ok(x)) if y >= 0.0 => Ok(Value::real(deg_from_rad((y + 0.0).atan2(x)))),
                 Some(Err(why)) => Err(why),
                 _ => Err("ATAN2 of a negative Y is not read".to_owned()),
             })),
@@ -496,7 +504,13 @@ fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> 
 /// Which is larger.
 fn order(left: &Value, right: &Value) -> Result<Ordering, String> {
     let ((a, of_a), (b, of_b)) = (left.number()?, right.number()?);
-    if is_whole(of_a, of_b) { Ok(a.total_cmp(&b)) } else { single::order(a, b) }
+    // Numbers as the text has them are rounded alike.
+    let are_written =
+        matches!((left, right), (Value::Num(_, Some(_), _), Value::Num(_, Some(_), _)));
+    match a.partial_cmp(&b) {
+        Some(order) if are_written || is_whole(of_a, of_b) => Ok(order),
+        _ => single::order(a, b),
+    }
 }
 
 /// Whether both are INT, which lose no digit.

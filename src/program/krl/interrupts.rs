@@ -88,8 +88,16 @@ impl<'a> Run<'a> {
             }
             let what = format!("'{}' is set by {by}: known only at run time", path.name);
             self.forget(path, &what);
-            if let (false, Ok(key)) = (unread.own.contains(path.name.as_str()), self.key(path)) {
-                self.beside.push(Beside { interrupt: interrupt.clone(), key, why: what });
+            if unread.own.contains(path.name.as_str()) {
+                continue;
+            }
+            let is_fixed = path.indices.iter().all(|index| matches!(index, Expr::Number(..)));
+            let key = self.key(path).ok().filter(|_| is_fixed);
+            let key = key.unwrap_or_else(|| path.name.clone());
+            let scope = self.scope(&key);
+            let own = Beside { interrupt: interrupt.clone(), key, scope, why: what };
+            if !self.beside.contains(&own) {
+                self.beside.push(own);
             }
         }
     }

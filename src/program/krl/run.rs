@@ -57,10 +57,13 @@ pub(super) enum Flow {
 }
 
 /// A datum that something beside the program may set at any time.
+#[derive(PartialEq)]
 pub(super) struct Beside {
     /// The number of the interrupt; `None` of a trigger, and of one whose number is not known.
     pub(super) interrupt: Option<String>,
+    /// Of a list where any of its elements may be it.
     pub(super) key: String,
+    pub(super) scope: Option<usize>,
     pub(super) why: String,
 }
 

@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::interpreter::{Flow, Global, Interpreter};
+use super::interpreter::{Flow, Global, Interpreter, budget};
 use super::syntax::{Args, Routine};
 use super::value::Value;
+use crate::motion::Turning;
 use crate::notes::Code;
 use crate::program::log::Log;
 
@@ -20,9 +21,16 @@ impl<'a> Interpreter<'a> {
             return;
         }
         let first = self.changed();
-        if first.is_empty() {
+        let has_set = !self.outputs.is_empty()
+            || self.over != 1.0
+            || self.velocity != (1.0, f64::INFINITY)
+            || self.monitors != [true; 2]
+            || self.turning != Some(Turning::WithArc)
+            || self.gripped != Ok(None);
+        if first.is_empty() && !has_set {
             return;
         }
+        self.budget = budget(self.file);
         let log = self.log.beside();
         let of_first = std::mem::replace(&mut *self.log, log);
         self.call_routine(start, args);
@@ -36,16 +44,19 @@ impl<'a> Interpreter<'a> {
             .collect();
         others.sort_unstable();
         others.dedup();
-        if others.is_empty() {
+        if moves_alike && others.is_empty() {
             return;
         }
         let more = others.len().saturating_sub(SHOWN);
         others.truncate(SHOWN);
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let kept = match others.is_empty() {
+            true => "outputs and settings".to_owned(),
+            false => format!("'{}'{more}", others.join("', '")),
+        };
         let what = format!(
-            "at its end main starts again, with '{}'{more} as they are then: what later cycles do \
-             is not read",
-            others.join("', '")
+            "at its end main starts again, with {kept} as they are then: what later cycles do is \
+             not read"
         );
         self.log.warning(Code::MotionLeftOut, start.line.max(1), what);
     }

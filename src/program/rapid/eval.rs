@@ -417,6 +417,8 @@ fn predefined(name: &Name) -> Option<Value> {
         "tool0" => Some(Value::Tool0),
         "wobj0" => Some(Value::Wobj0),
         "load0" => Some(load0()),
+        // A zone, of which the first part alone is asked for: whether the arm stops.
+        "fine" => Some(Value::List(vec![Value::Bool(true)])),
         "high" => Some(Value::Num(1.0)),
         "low" => Some(Value::Num(0.0)),
         "pi" => Some(Value::Num(std::f64::consts::PI)),

@@ -124,7 +124,6 @@ impl<'a> Interpreter<'a> {
         comments: Comments,
         log: &'a mut Log,
     ) -> Self {
-        let budget = file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS);
         Self {
             file,
             settings,
@@ -135,7 +134,7 @@ impl<'a> Interpreter<'a> {
             frames: Vec::new(),
             forgotten: HashSet::new(),
             depth: 0,
-            budget,
+            budget: budget(file),
             external: External::new(settings),
             line: 1,
             over: 1.0,
@@ -160,4 +159,9 @@ impl<'a> Interpreter<'a> {
             gripped: Ok(None),
         }
     }
+}
+
+/// Statements that one cycle may run.
+pub(super) fn budget(file: &File) -> usize {
+    file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS)
 }

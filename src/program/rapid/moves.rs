@@ -233,11 +233,7 @@ impl<'a> Interpreter<'a> {
 
     /// Whether a zone is that of a stop: `fine`, or zonedata that say so.
     fn stops(&mut self, zone: &'a Expr) -> bool {
-        let is_own = |path: &Path| self.is_own(path) || self.file.data.contains_key(&path.name.key);
-        match zone {
-            Expr::Ref(path) if path.name.key == "fine" && !is_own(path) => true,
-            _ => self.eval(zone).part(0, "zonedata").and_then(Value::bool) == Ok(true),
-        }
+        self.eval(zone).part(0, "zonedata").and_then(Value::bool) == Ok(true)
     }
 
     /// Tells where the program asks for where the arm is while it moves on.

@@ -428,7 +428,7 @@ impl<'a> Interpreter<'a> {
         }
         match key {
             "waittime" => self.wait(line, args),
-            "waitrob" => self.stands = true,
+            "waitrob" | "stop" => self.stands = true,
             "exit" | "systemstopaction" => return Flow::Exit,
             "exitcycle" => {
                 self.starts_again = true;

@@ -517,7 +517,9 @@ fn the_load_of_a_new_tool_counts_as_none() {
         assert_eq!(mass(stated, ""), (Some(1.0), vec![]), "{stated}");
     }
     assert_eq!(mass("[1.1,[0,0,1],[1,0,0,0],0,0,0]", "").0, Some(1.1));
-    // A part that is gripped adds to a tool that nobody has weighed.
+    // A part that is gripped adds to a tool that nobody has weighed; the next cycle begins with it.
     let (load, found) = mass(of_new, "GripLoad [2,[0,0,1],[1,0,0,0],0,0,0];\n");
-    assert_eq!((load, found.len()), (None, 1));
+    assert_eq!((load, found.len()), (None, 2));
+    let codes: Vec<Code> = found.iter().map(|(code, _)| *code).collect();
+    assert!(codes.contains(&Code::ChangeIgnored) && codes.contains(&Code::MotionLeftOut));
 }

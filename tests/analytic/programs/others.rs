@@ -97,6 +97,8 @@ fn what_the_rounding_of_num_decides_is_not_known() {
         )
     };
     let data = "VAR num x;";
+    let down = "x:=0.3;\nWHILE x>0 DO\nMoveL Offs(p0,x,0,0),v100,fine,tool0;\nx:=x-0.1;\nENDWHILE";
+    refused(rapid(data, down), "rounding to seven digits decides");
     // Seven times 0.1 is 0.7 with sixteen digits.
     for (condition, step) in
         [("x<=0.3", "0.1"), ("x<1", "0.1"), ("x<>0.3", "0.1"), ("x<=0.7", "0.1")]
@@ -234,7 +236,20 @@ fn a_cycle_that_leaves_other_data_is_not_the_last_word() {
         let text = module(data, &body).replace("main()", "part()");
         assert_eq!(doubts(read(text.as_bytes(), Dialect::Rapid, &settings())), [], "{body}");
     }
+    // What outputs, the load and speeds are then.
+    for (body, line) in [
+        (format!("IF DOutput(doX)=1 THEN\n{}\nENDIF\nSetDO doX,1;", there("1")), 7),
+        (format!("{}\nVelSet 50,1000;", there("1")), 7),
+        (format!("{}\nGripLoad part;", there("1")), 7),
+        (format!("IF n>0 ToolChange;\n{}\nn:=1;", there("1")), 7),
+    ] {
+        let job = assuming(&[("dox", Assumed::Truth(false))]);
+        let data = format!("{data} PERS loaddata part:=[3,[0,0,1],[1,0,0,0],0,0,0];");
+        let told = doubts(rapid_with(&data, &body, &job));
+        assert!(told.contains(&(Code::MotionLeftOut, line)), "{body}: {told:?}");
+    }
     for body in [
+        format!("{}\nSetDO doX,1;", there("1")),
         format!("n:=0;\nWHILE n<3 DO\n{}\nn:=n+1;\nENDWHILE", there("n")),
         format!("{}\nmade:=made+1;\nTPWrite \"made\" \\Num:=made;", there("1")),
         "at:=Offs(p0,1,0,0);\nMoveL at,v100,fine,tool0;\nfirst:=FALSE;".to_owned(),
@@ -265,7 +280,12 @@ fn where_the_arm_is_is_known_behind_a_stop() {
         assert_eq!(found, expected, "{zone}");
     }
     let moving = "MoveL Offs(p0,1,0,0),v100,z50,tool0;";
-    for wait in ["WaitTime \\InPos,0;", "WaitRob \\InPos;"] {
+    let wrapped = module(data, &format!("mv fine;\n{ask}")).replace(
+        "ENDMODULE",
+        "PROC mv(zonedata z)\nMoveL Offs(p0,1,0,0),v100,z,tool0;\nENDPROC\nENDMODULE",
+    );
+    assert_eq!(doubts(read(wrapped.as_bytes(), Dialect::Rapid, &settings())), []);
+    for wait in ["WaitTime \\InPos,0;", "WaitRob \\InPos;", "Stop;"] {
         assert_eq!(doubts(rapid(data, &format!("{moving}\n{wait}\n{ask}"))), [], "{wait}");
     }
     assert_eq!(
@@ -419,6 +439,10 @@ fn interrupts_of_krl_come_at_any_time() {
     ] {
         assert_eq!(x(krl(&own)), [9.0, 1.0], "{own}");
     }
+    // An element whose number the routine of the interrupt has; a datum of a routine's own.
+    let list = "INT NA[3]\nNA[2]=0\nINTERRUPT DECL 20 WHEN $IN[5] DO HIT()\nINTERRUPT ON 20\nNA[2]=0\n\
+                LIN {X 9}\nIF NA[2]==0 THEN\nLIN {X 1}\nENDIF\nEND\nDEF HIT()\nINT K\nK=2\nNA[K]=7";
+    refused(krl(list), "is set by an interrupt");
     let trigger = with("TRIGGER WHEN DISTANCE=0 DELAY=0 DO GV=5", "");
     refused(krl(&trigger), "'gv' is set by a TRIGGER");
     let feed =

@@ -372,6 +372,11 @@ fn what_the_rounding_of_registers_decides_is_not_known() {
     }
     assert_eq!(moves(&tp(&step(".5", "<3"))), 6);
     assert_eq!(moves(&tp(&step(".7", "<3"))), 5);
+    let down = format!("R[1]=.3 ;\nLBL[2] ;\n{MOVE}R[1]=R[1]-.1 ;\nIF R[1]>0,JMP LBL[2] ;\n");
+    assert_refused(&tp(&down), 10, &said);
+    // Numbers as the text has them are rounded alike.
+    assert_eq!(moves(&tp(&format!("R[1]=2.4 ;\n{}", unless("R[1]<=2.4")))), 0);
+    assert_eq!(moves(&tp(&format!("R[1]=2.4 ;\nR[2]=2.4 ;\n{}", unless("R[1]>=R[2]")))), 0);
     assert_refused(&tp(&format!("R[1]=.1+.2 ;\n{}", unless("R[1]=.3"))), 7, &said);
     assert_refused(
         &tp("R[1]=.1+.2 ;\nSELECT R[1]=.3,JMP LBL[1] ;\n       =1,JMP LBL[1] ;\nLBL[1] ;\n"),
