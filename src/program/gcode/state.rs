@@ -245,8 +245,8 @@ impl<'a> Machine<'a> {
         let most = if is_rapid { HALF_TURN_DEG } else { STRAIGHT_DEG };
         if turned > most + ROUNDING_DEG && self.cutter.log.has_moved() {
             let what = format!(
-                "a rotary axis turns by {turned:.1}° in one move: it is read as straight in the work, \
-                 the shorter way round, and at the feed along that, which is right under G43.4, \
+                "a rotary axis turns by {turned:.1}° in one move: it is read as straight in the \
+                 work, the shorter way round, and at the feed along that, which is right under G43.4, \
                  TRAORI or M128 alone; write turns as steps of up to {most}°"
             );
             self.cutter.log.warning(Code::MotionLeftOut, line, what);
