@@ -246,8 +246,8 @@ impl<'a> Machine<'a> {
         if turned > most + ROUNDING_DEG && self.cutter.log.has_moved() {
             let what = format!(
                 "a rotary axis turns by {turned:.1}° in one move: it is read as straight in the \
-                 work, the shorter way round, and at the feed along that, which is right under G43.4, \
-                 TRAORI or M128 alone; write turns as steps of up to {most}°"
+                 work, the shorter way round, and at the feed along that, which is right under \
+                 G43.4, TRAORI or M128 alone; write turns as steps of up to {most}°"
             );
             self.cutter.log.warning(Code::MotionLeftOut, line, what);
         }
