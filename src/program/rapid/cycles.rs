@@ -24,7 +24,6 @@ impl<'a> Interpreter<'a> {
         let has_set = !self.outputs.is_empty()
             || self.over != 1.0
             || self.velocity != (1.0, f64::INFINITY)
-            || self.monitors != [true; 2]
             || self.turning != Some(Turning::WithArc)
             || self.gripped != Ok(None);
         if first.is_empty() && !has_set {

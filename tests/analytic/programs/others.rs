@@ -249,7 +249,7 @@ fn a_cycle_that_leaves_other_data_is_not_the_last_word() {
         assert!(told.contains(&(Code::MotionLeftOut, line)), "{body}: {told:?}");
     }
     for body in [
-        format!("{}\nSetDO doX,1;", there("1")),
+        format!("{}\nSetDO doX,1;\nConfL\\Off;", there("1")),
         format!("n:=0;\nWHILE n<3 DO\n{}\nn:=n+1;\nENDWHILE", there("n")),
         format!("{}\nmade:=made+1;\nTPWrite \"made\" \\Num:=made;", there("1")),
         "at:=Offs(p0,1,0,0);\nMoveL at,v100,fine,tool0;\nfirst:=FALSE;".to_owned(),
