@@ -628,23 +628,18 @@ impl<'a> Registers<'a> {
         let is_written = |text: &str| text.parse::<f64>().is_ok() || self.place(text).is_some();
         let are_written = is_written(left) && is_written(right);
         let (left, right) = (self.value(left)?, self.value(right)?);
-        if let (true, Some(order)) = (are_written, left.partial_cmp(&right)) {
-            return Ok(match operator {
-                "=" => order.is_eq(),
-                "<>" => order.is_ne(),
-                "<" => order.is_lt(),
-                "<=" => order.is_le(),
-                ">" => order.is_gt(),
-                _ => order.is_ge(),
-            });
-        }
+        let asks_equal = matches!(operator, "=" | "<>");
+        let order = match left.partial_cmp(&right) {
+            Some(order) if are_written || asks_equal && order.is_eq() => order,
+            _ => single::order(left, right)?,
+        };
         Ok(match operator {
-            "=" => single::is_same(left, right)?,
-            "<>" => !single::is_same(left, right)?,
-            "<" => single::order(left, right)?.is_lt(),
-            "<=" => single::order(left, right)?.is_le(),
-            ">" => single::order(left, right)?.is_gt(),
-            _ => single::order(left, right)?.is_ge(),
+            "=" => order.is_eq(),
+            "<>" => order.is_ne(),
+            "<" => order.is_lt(),
+            "<=" => order.is_le(),
+            ">" => order.is_gt(),
+            _ => order.is_ge(),
         })
     }
 }
