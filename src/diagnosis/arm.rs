@@ -92,7 +92,7 @@ impl<'a> Arm<'a> {
                 *inertia += mechanics.mass()[(i, i)] / data.rows.len() as f64;
             }
         }
-        let predicted = predict(description, &Hypothesis::default(), data, 0)?;
+        let predicted = predict(description, &Hypothesis::default(), data)?;
         let highest_of_mode_hz = (0..robot.coordinates().len())
             .map(|mode| {
                 let of_mode = predicted.iter().filter_map(|row| row.get(mode));

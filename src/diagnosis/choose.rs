@@ -514,7 +514,7 @@ mod tests {
         let of = |i: usize, at: f64| Hypothesis { effects: vec![(&candidates[i], vec![at])] };
         let mut table = data(12);
         let problem = Problem { description: &description, data: &table };
-        let without = problem.evaluate(&of(1, 1.5), false).unwrap().left.residuals;
+        let without = problem.compare(&of(1, 1.5)).unwrap().left.residuals;
         for (i, (point, off)) in table.points.iter_mut().zip(without).enumerate() {
             point.ln_f += 0.002 * (7.0 * i as f64).sin() - off.unwrap();
         }

@@ -47,6 +47,12 @@ pub(super) struct Row {
     pub(super) index: usize,
 }
 
+impl Row {
+    pub(super) fn has_rotations(&self) -> bool {
+        self.rotations.iter().any(|own| !own.is_empty())
+    }
+}
+
 /// One measured frequency.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point {

@@ -118,7 +118,7 @@ impl Problem<'_> {
         let mut others = hypothesis.clone();
         others.effects.pop()?;
         let parameters = others.inner().len();
-        let evaluation = self.evaluate_by(hypothesis, parameters)?;
+        let evaluation = self.evaluate_by(hypothesis, 0..parameters)?;
         if parameters == 0 {
             return Some(evaluation.score);
         }
@@ -147,7 +147,7 @@ impl Problem<'_> {
         min_gain: f64,
     ) -> Option<Fit<'c>> {
         let mut hypothesis = start;
-        let mut evaluation = self.evaluate(&hypothesis, true)?;
+        let mut evaluation = self.evaluate(&hypothesis)?;
         // As a share of the information's diagonal.
         let (mut damping, mut growth) = (1e-3_f64, 2.0);
         'rounds: for _ in 0..max_rounds {
@@ -162,8 +162,8 @@ impl Problem<'_> {
                 if predicted.is_nan() || predicted <= min_gain {
                     break 'rounds;
                 }
-                match self.evaluate(&next, true) {
-                    Some(better) if better.score > evaluation.score => {
+                match self.evaluate_if_better(&next, evaluation.score) {
+                    Some(better) => {
                         let kept = (better.score - evaluation.score) / predicted;
                         damping *= (1.0 - (2.0 * kept - 1.0).powi(3)).max(MIN_DAMPING_RATIO);
                         damping = damping.max(1e-9);
@@ -172,7 +172,7 @@ impl Problem<'_> {
                         evaluation = better;
                         continue 'rounds;
                     }
-                    _ => {
+                    None => {
                         damping *= growth;
                         growth *= 2.0;
                     }

@@ -90,7 +90,7 @@ pub(super) fn folds_of(data: &Data, seed: u64) -> (Vec<usize>, usize) {
 
 /// Relative errors of a hypothesis, one a point.
 fn errors(problem: &Problem<'_>, hypothesis: &Hypothesis<'_>) -> Vec<Option<f64>> {
-    problem.evaluate(hypothesis, false).map_or_else(
+    problem.compare(hypothesis).map_or_else(
         || vec![None; problem.data.points.len()],
         |evaluation| evaluation.left.residuals.iter().map(|r| r.map(relative_error)).collect(),
     )

@@ -103,7 +103,7 @@ fn better_start<'c>(problem: &Problem<'_>, a: Hypothesis<'c>, b: Hypothesis<'c>)
     if a.inner() == b.inner() {
         return a;
     }
-    let score = |of: &Hypothesis<'_>| problem.evaluate(of, false).map(|found| found.score);
+    let score = |of: &Hypothesis<'_>| problem.compare(of).map(|found| found.score);
     if score(&b) > score(&a) { b } else { a }
 }
 

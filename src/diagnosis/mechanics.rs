@@ -99,8 +99,8 @@ impl Mechanics {
     }
 
     /// Puts it back to where it was placed before.
-    pub(super) fn put_back(&mut self, at: Placed) {
-        self.at = at;
+    pub(super) fn put_back(&mut self, at: &Placed) {
+        self.at.clone_from(at);
     }
 
     /// The robot under the load of a row.

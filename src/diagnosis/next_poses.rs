@@ -208,8 +208,8 @@ impl PredictedPose {
         let one = Data::at(row.clone(), columns);
         let problem = Problem { description, data: &one };
         // Whether a mode will be missed there nobody knows.
-        let a = problem.evaluate(&finding.hypothesis.without(Cause::MissedMode), true)?;
-        let b = problem.evaluate(&alternative.hypothesis.without(Cause::MissedMode), true)?;
+        let a = problem.evaluate(&finding.hypothesis.without(Cause::MissedMode))?;
+        let b = problem.evaluate(&alternative.hypothesis.without(Cause::MissedMode))?;
         let shown: Vec<(usize, f64)> = (0..columns)
             .filter_map(|i| Some((i, a.left.residuals[i]? - b.left.residuals[i]?)))
             .collect();

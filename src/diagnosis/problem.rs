@@ -1,17 +1,23 @@
 //! A hypothesis held against a table: residuals as the instrument shows them, sensitivities,
 //! likelihood.
 
+use std::ops::Range;
+
 use super::candidate::Candidate;
 use super::data::Data;
 use super::hypothesis::Hypothesis;
 use super::likelihood::{MIN_NOISE, Noise, noise};
-use super::predict::{Frequency, predict};
+use super::predict::{Frequency, Solved};
 use super::shapes::{ShapeTerm, paired, terms};
 use crate::model::{Cause, Description};
 use crate::units::aliased_hz;
 
 /// Scale of the noise with which missed modes are first separated from seen ones.
 const FIRST_SCALE: f64 = 0.01;
+
+/// Of parameters with slopes.
+pub(super) const ALL: Range<usize> = 0..usize::MAX;
+pub(super) const NONE: Range<usize> = 0..0;
 
 /// The problem: a robot's description and a table.
 #[derive(Debug, Clone, Copy)]
@@ -47,22 +53,42 @@ pub(super) struct Evaluation {
 }
 
 impl<'p> Problem<'p> {
-    /// Residuals and likelihood of a hypothesis; `None` if it is impossible.
-    pub(super) fn evaluate(
-        &self,
-        hypothesis: &Hypothesis<'_>,
-        with_slopes: bool,
-    ) -> Option<Evaluation> {
-        self.evaluate_by(hypothesis, if with_slopes { usize::MAX } else { 0 })
+    /// Residuals, slopes and likelihood of a hypothesis; `None` if it is impossible.
+    pub(super) fn evaluate(&self, hypothesis: &Hypothesis<'_>) -> Option<Evaluation> {
+        self.evaluate_by(hypothesis, ALL)
     }
 
-    /// The same with slopes by the first `parameters`.
+    /// The same without slopes.
+    pub(super) fn compare(&self, hypothesis: &Hypothesis<'_>) -> Option<Evaluation> {
+        self.evaluate_by(hypothesis, NONE)
+    }
+
+    /// The same with slopes by some of its parameters.
     pub(super) fn evaluate_by(
         &self,
         hypothesis: &Hypothesis<'_>,
-        parameters: usize,
+        parameters: Range<usize>,
     ) -> Option<Evaluation> {
         let left = self.left_by(hypothesis, parameters)?;
+        self.judged(hypothesis, left)
+    }
+
+    /// A hypothesis that is better than `score`, with slopes; where it is not, none are computed.
+    pub(super) fn evaluate_if_better(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        score: f64,
+    ) -> Option<Evaluation> {
+        let mut solved = Solved::new(self.description, hypothesis, self.data, ALL)?;
+        let compared = self.judged(hypothesis, self.left_of(hypothesis, &mut solved, NONE)?)?;
+        if compared.score <= score {
+            return None;
+        }
+        let left = self.left_of(hypothesis, &mut solved, ALL)?;
+        Some(Evaluation { left, ..compared })
+    }
+
+    fn judged(&self, hypothesis: &Hypothesis<'_>, left: Left) -> Option<Evaluation> {
         let noise = noise(&self.data.points, &left.innovations);
         let score = noise.ln_likelihood
             + left.ln_of_modes
@@ -71,11 +97,25 @@ impl<'p> Problem<'p> {
         score.is_finite().then_some(Evaluation { left, noise, score })
     }
 
-    /// Residuals of a hypothesis, whatever the noise is, with slopes by its first `parameters`;
+    /// Residuals of a hypothesis, whatever the noise is, with slopes by some of its parameters;
     /// `None` if it is impossible.
-    pub(super) fn left_by(&self, hypothesis: &Hypothesis<'_>, parameters: usize) -> Option<Left> {
-        let with_slopes = parameters > 0;
-        let rows = predict(self.description, hypothesis, self.data, parameters)?;
+    pub(super) fn left_by(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        parameters: Range<usize>,
+    ) -> Option<Left> {
+        let mut solved = Solved::new(self.description, hypothesis, self.data, parameters.clone())?;
+        self.left_of(hypothesis, &mut solved, parameters)
+    }
+
+    fn left_of(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        solved: &mut Solved<'_, '_>,
+        parameters: Range<usize>,
+    ) -> Option<Left> {
+        let with_slopes = !parameters.is_empty();
+        let rows = solved.frequencies(parameters)?;
         let mut rows = self.seen(hypothesis, rows)?;
         let out_of_rank = paired(self.data, &mut rows);
         let (shapes, of_shapes) = terms(self.data, &rows);

@@ -8,7 +8,7 @@ use super::candidate::Candidate;
 use super::fit::{Fit, normal_equations};
 use super::hypothesis::Hypothesis;
 use super::likelihood::ln_likelihood;
-use super::problem::{Evaluation, Problem};
+use super::problem::{Evaluation, NONE, Problem};
 use super::statistics::rms;
 
 /// Starts of a candidate that are tried: all of a new spring's, and some of its other parameters.
@@ -32,7 +32,7 @@ impl Screen {
     /// Tries every candidate on the whole table.
     pub(super) fn new(problem: &Problem<'_>, candidates: &[Candidate]) -> Option<Self> {
         let predicted = |hypothesis: &Hypothesis<'_>| -> Option<Prediction> {
-            let left = problem.left_by(hypothesis, 0)?;
+            let left = problem.left_by(hypothesis, NONE)?;
             let points = problem.data.points.iter();
             Some(points.zip(left.residuals).map(|(p, r)| Some(p.ln_f - r?)).collect())
         };
@@ -120,7 +120,7 @@ impl<'c> Beside<'_, 'c> {
             let best = candidate.starts().into_iter().filter_map(|inner| {
                 hypothesis.effects.truncate(parent.hypothesis.effects.len());
                 hypothesis.effects.push((candidate, inner));
-                Some(problem.evaluate(&hypothesis, false)?.score - before.score)
+                Some(problem.compare(&hypothesis)?.score - before.score)
             });
             return best.fold(f64::NEG_INFINITY, f64::max) - cost;
         }

@@ -16,7 +16,7 @@ use self::triangle::Triangle;
 use super::candidate::{Candidate, Parameter, Scale};
 use super::fit::Fit;
 use super::hypothesis::Hypothesis;
-use super::problem::Problem;
+use super::problem::{NONE, Problem};
 use super::screen::Screen;
 
 /// Smaller sets that are carried on to larger ones.
@@ -162,7 +162,7 @@ fn effect_near(
     let without = if hypothesis.effects.len() == effects.len() {
         Cow::Borrowed(&model.evaluation.left)
     } else {
-        Cow::Owned(problem.left_by(&hypothesis, 0)?)
+        Cow::Owned(problem.left_by(&hypothesis, NONE)?)
     };
     let (at, with, first) = match effects.iter().position(|(other, _)| ptr::eq(*other, candidate)) {
         Some(i) => {
@@ -173,8 +173,8 @@ fn effect_near(
             let at = screen.typical_start(which)?;
             let first = hypothesis.inner().len();
             hypothesis.effects.push((candidate, at.clone()));
-            let slopes = if candidate.parameters.len() > 1 { usize::MAX } else { 0 };
-            let left = problem.left_by(&hypothesis, slopes)?;
+            // Of what the candidate does as a whole no slope is needed.
+            let left = problem.left_by(&hypothesis, first + 1..hypothesis.inner().len())?;
             (at, Cow::Owned(left), first)
         }
     };

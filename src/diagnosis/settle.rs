@@ -114,7 +114,7 @@ impl<'c> Question<'_, 'c> {
     fn is_wrong_by(&self, all: &Data, less: &Data, fit: &Fit<'_>, index: usize) -> bool {
         let problem = Problem { description: self.description, data: all };
         let scale = fit.evaluation.noise.scale;
-        let Some(evaluation) = problem.evaluate(&fit.hypothesis, false) else { return false };
+        let Some(evaluation) = problem.compare(&fit.hypothesis) else { return false };
         let off = all.points.iter().zip(&evaluation.left.residuals);
         let off = off.filter(|(point, _)| all.rows[point.row].index == index);
         let off: Vec<f64> = off
@@ -151,7 +151,7 @@ impl<'c> Question<'_, 'c> {
             tried.push(shape.clone());
             let shaped = data.shaped(shape);
             let problem = Problem { description: self.description, data: &shaped };
-            let alone = problem.evaluate(&from.hypothesis, false)?;
+            let alone = problem.compare(&from.hypothesis)?;
             let plausibility: f64 =
                 from.hypothesis.effects.iter().map(|(c, _)| c.plausibility).sum();
             let of_freedom = 0.5 * from.freedom * (data.points.len() as f64).ln();

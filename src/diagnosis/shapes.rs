@@ -191,7 +191,7 @@ mod tests {
         for row in &mut data.rows {
             row.rotations = vec![(1..=3).map(rotation).collect(); 3];
         }
-        let modes = predict(&arm(), hypothesis, &data, 0).unwrap();
+        let modes = predict(&arm(), hypothesis, &data).unwrap();
         for (row, modes) in data.rows.iter_mut().zip(&modes) {
             for (column, own) in row.rotations.iter_mut().enumerate() {
                 let values = &modes[column].rotations[3 * column..];
@@ -222,7 +222,7 @@ mod tests {
             let at = |inner: f64| Hypothesis { effects: vec![(&candidate, vec![inner])] };
             let data = shown(&at(inner));
             let problem = Problem { description: &arm(), data: &data };
-            let shapes = |inner: f64| problem.evaluate(&at(inner), true).unwrap().left.shapes;
+            let shapes = |inner: f64| problem.evaluate(&at(inner)).unwrap().left.shapes;
             let [below, here, above] = [-1e-5, 0.0, 1e-5].map(|by| shapes(inner + by));
             assert_eq!(here.len(), 27);
             for ((below, here), above) in below.iter().zip(&here).zip(&above) {
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn modes_go_by_their_shapes_where_a_row_has_them() {
         let mut data = shown(&Hypothesis::default());
-        let modes = predict(&arm(), &Hypothesis::default(), &data, 0).unwrap();
+        let modes = predict(&arm(), &Hypothesis::default(), &data).unwrap();
         assert!(paired(&data, &mut modes.clone()).is_empty());
         // In the second row the first mode was missed, and the next two moved up.
         data.rows[1].rotations.remove(0);

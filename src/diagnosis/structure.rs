@@ -31,7 +31,7 @@ pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structur
             // A column a pose: a part of the poses shows it as well, in much less time and memory.
             let part = Problem { data: &few, ..*problem };
             let hypothesis = fit.hypothesis.clone();
-            let evaluation = part.evaluate(&hypothesis, true)?;
+            let evaluation = part.evaluate(&hypothesis)?;
             let of_part = Fit { hypothesis, evaluation, freedom: fit.freedom };
             let by_pose = Shapes::new(&part, &of_part)?.by_pose();
             let tries = shapes.len() + by_pose.len();

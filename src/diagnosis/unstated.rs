@@ -145,7 +145,7 @@ fn frequencies(
     hypothesis: &Hypothesis<'_>,
     data: &Data,
 ) -> Option<Vec<Vec<f64>>> {
-    let rows = predict(description, hypothesis, data, 0)?;
+    let rows = predict(description, hypothesis, data)?;
     Some(rows.iter().map(|row| row.iter().map(|frequency| frequency.ln_hz).collect()).collect())
 }
 

@@ -200,7 +200,7 @@ mod tests {
         let is_noise = |sides: [f64; 2]| {
             let mut table = data(60);
             let problem = Problem { description: &description, data: &table };
-            let off = problem.evaluate(&Hypothesis::default(), false).unwrap().left.residuals;
+            let off = problem.compare(&Hypothesis::default()).unwrap().left.residuals;
             for (point, off) in table.points.iter_mut().zip(off) {
                 let (row, column) = (point.row, point.column);
                 // Golden ratio: as good as random, and even.

@@ -115,7 +115,7 @@ mod tests {
             row.q = (0..3).map(|_| rng.random_range(-2.0..2.0)).collect();
         }
         let plain = Problem { description: &description, data: &data };
-        let plain = plain.evaluate(&Hypothesis::default(), false).unwrap();
+        let plain = plain.compare(&Hypothesis::default()).unwrap();
         for (point, residual) in data.points.iter_mut().zip(plain.left.residuals) {
             point.ln_f += size * effect(point.column, &data.rows[point.row].q)
                 + noise * normal(rng)

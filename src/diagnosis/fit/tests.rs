@@ -231,12 +231,12 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
         [problem, heavy].iter().flat_map(|problem| cases.iter().map(move |case| (problem, case)))
     {
         let at = |inner: Vec<f64>| Hypothesis { effects: vec![(candidate, inner)] };
-        let here = problem.evaluate(&at(inner.clone()), true).unwrap();
+        let here = problem.evaluate(&at(inner.clone())).unwrap();
         for k in 0..inner.len() {
             let shifted = |by: f64| {
                 let mut inner = inner.clone();
                 inner[k] += by;
-                problem.evaluate(&at(inner), false).unwrap().left.residuals
+                problem.compare(&at(inner)).unwrap().left.residuals
             };
             let (below, above) = (shifted(-1e-5), shifted(1e-5));
             for i in 0..data.points.len() {
@@ -256,7 +256,7 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
 
 /// Puts into the table what an arm with these causes shows.
 fn measured_on(description: &Description, truth: &Hypothesis<'_>, data: &mut Data) {
-    let shown = Problem { description, data }.evaluate(truth, false).unwrap();
+    let shown = Problem { description, data }.compare(truth).unwrap();
     for (point, residual) in data.points.iter_mut().zip(shown.left.residuals) {
         point.ln_f -= residual.unwrap();
     }
@@ -308,7 +308,7 @@ fn a_fit_ends_at_the_bound_that_it_would_cross() {
     // Against a scan of the other along the bound.
     let scores = (0..4000).map(|i| {
         let b = 9.5 + 0.0005 * f64::from(i);
-        (problem.evaluate(&at(inner[0], b), false).unwrap().score, b)
+        (problem.compare(&at(inner[0], b)).unwrap().score, b)
     });
     let (best, at_best) = scores.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     assert!((inner[1] - at_best).abs() < 2e-2, "{inner:?} {at_best}");
@@ -321,9 +321,9 @@ fn a_folded_mode_takes_its_place() {
     let description = arm();
     let data = data(4);
     let problem = Problem { description: &description, data: &data };
-    let plain = problem.evaluate(&Hypothesis::default(), false).unwrap();
+    let plain = problem.compare(&Hypothesis::default()).unwrap();
     let aliased = Candidate::new(Cause::AliasedMode, "3", vec![]);
-    let seen = problem.evaluate(&Hypothesis { effects: vec![(&aliased, vec![])] }, false).unwrap();
+    let seen = problem.compare(&Hypothesis { effects: vec![(&aliased, vec![])] }).unwrap();
     for row in 0..4 {
         let of = |e: &Evaluation| -> Vec<f64> {
             (0..3).map(|m| (3.0 - e.left.residuals[3 * row + m].unwrap()).exp()).collect()

@@ -138,7 +138,7 @@ fn three_causes_are_found_together() {
         .map(|(&which, value)| (&all[which], vec![all[which].parameters[0].inner(value)]))
         .collect();
     let problem = Problem { description: &description, data: &data };
-    let seen = problem.evaluate(&Hypothesis { effects }, false).unwrap().left.residuals;
+    let seen = problem.compare(&Hypothesis { effects }).unwrap().left.residuals;
     for (i, (point, residual)) in data.points.iter_mut().zip(seen).enumerate() {
         point.ln_f += 0.004 * noise(i) - residual.unwrap();
     }
