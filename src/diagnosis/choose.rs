@@ -30,12 +30,20 @@ pub(super) struct SearchWidth {
     pub(super) kept: usize,
     /// Sets of causes that are fitted whole, each time that sets are tried.
     pub(super) sets: usize,
+    /// Most causes that are looked for.
+    pub(super) causes: usize,
 }
 
 impl SearchWidth {
-    pub(super) const FULL: Self = Self { first: 40, further: 14, starts: 3, kept: 6, sets: 32 };
-    /// Inside a fold.
-    pub(super) const FOLD: Self = Self { first: 24, further: 10, starts: 1, kept: 4, sets: 16 };
+    pub(super) const FULL: Self =
+        Self { first: 40, further: 14, starts: 3, kept: 6, sets: 32, causes: 4 };
+
+    /// Inside a fold of a table of which the whole has so many causes: a part does not justify
+    /// many more.
+    pub(super) fn of_fold(causes: usize) -> Self {
+        let causes = (causes + 1).min(Self::FULL.causes);
+        Self { first: 24, further: 10, starts: 1, kept: 4, sets: 16, causes }
+    }
 }
 
 /// Local modes that are fitted beside the other candidates as a further cause. As the first one,
@@ -45,9 +53,6 @@ const LOCAL_MODES: usize = 3;
 /// Places of the best fits of one cause at which every form is fitted: a start of a form that gives
 /// in many directions at once promises little.
 const WHOLE_PLACES: usize = 3;
-
-/// Most causes that are looked for.
-const MAX_CAUSES: usize = 4;
 
 /// How many causes are looked for at once beyond those that are justified: some show only together,
 /// and most where nothing is known yet.
@@ -126,7 +131,9 @@ impl<'c> Search<'_, '_, 'c> {
         let mut kept = vec![best.clone()];
         let mut singles: Vec<Model<'c>> = Vec::new();
         let mut seen: Vec<Model<'c>> = Vec::new();
-        while fronts.len() <= (best.causes() + lookahead(best.causes())).min(MAX_CAUSES) {
+        while fronts.len()
+            <= (best.causes() + lookahead(best.causes())).min(self.means.width.causes)
+        {
             let mut next: Vec<Model<'c>> = Vec::new();
             for parent in &kept {
                 next.extend(self.with_one_more(parent));
@@ -522,7 +529,7 @@ mod tests {
         let screen = Screen::new(&problem, &candidates).unwrap();
         let known = Known::default();
         let (candidates, screen, known) = (&candidates[..], &screen, &known);
-        let means = Means { candidates, screen, width: SearchWidth::FOLD, known };
+        let means = Means { candidates, screen, width: SearchWidth::of_fold(1), known };
         let search = Search { problem: &problem, means };
         let model = |i| search.models_of([of(i, 0.5)]).remove(0);
         let baseline = problem.optimise(Hypothesis::default()).unwrap();

@@ -3,9 +3,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::arm::Arm;
-use super::candidate::Candidate;
 use super::causes::candidates;
-use super::choose::Choice;
+use super::choose::{Choice, Means, SearchWidth};
 use super::damping::damping;
 use super::data::{Data, MIN_POINTS, MIN_STATES, Point};
 use super::findings::{corrections, findings, next, only, ranking, widened};
@@ -82,8 +81,10 @@ pub fn diagnose(
     progress(Done::Share(0.4));
     let judged = Judged::of(&problem, &choice);
     let Judgement { verdict, choice, held_out, predicts } =
-        judgement(&problem, &judged, choice, settings.seed, || {
-            cross_validated(&problem, &candidates, (&screen, &known), settings.seed, progress)
+        judgement(&problem, &judged, choice, settings.seed, |causes| {
+            let width = SearchWidth::of_fold(causes);
+            let means = Means { candidates: &candidates, screen: &screen, width, known: &known };
+            cross_validated(&problem, means, settings.seed, progress)
         });
     let names_causes = matches!(verdict, Verdict::Explained | Verdict::PartlyExplained);
     let chosen = if names_causes {
@@ -194,7 +195,7 @@ fn judgement<'c>(
     judged: &Judged,
     mut choice: Choice<'c>,
     seed: u64,
-    cross_validated: impl FnOnce() -> HeldOut,
+    cross_validated: impl FnOnce(usize) -> HeldOut,
 ) -> Judgement<'c> {
     let data = problem.data;
     let unchanged = HeldOut::unchanged(&choice.baseline.evaluation);
@@ -214,13 +215,14 @@ fn judgement<'c>(
         let sure = surely_gaining(problem, &choice.best.fit.hypothesis, seed);
         only(problem, choice, &sure)
     };
+    let causes = choice.best.causes();
     if worth == Worth::Part {
         match sure_alone(&choice) {
             Some(kept) => choice = kept,
             None => return unexplained(choice, unchanged),
         }
     }
-    let held_out = cross_validated();
+    let held_out = cross_validated(causes);
     if gain_interval(data, &held_out, seed)[0] <= 0.0 {
         return unexplained(choice, unchanged);
     }
@@ -414,15 +416,14 @@ fn measured(table: &ModeTable, description: &Description) -> Result<Data, Note> 
     Err(Note::error(Code::TooLittleData, Place::default(), what))
 }
 
-fn cross_validated<'c>(
+fn cross_validated(
     problem: &Problem<'_>,
-    candidates: &'c [Candidate],
-    (screen, known): (&Screen, &Known<'c>),
+    means: Means<'_, '_>,
     seed: u64,
     progress: Progress<'_>,
 ) -> HeldOut {
     let folds = AtomicUsize::new(0);
-    held_out(problem, candidates, screen, known, seed, &|| {
+    held_out(problem, means, seed, &|| {
         let done = folds.fetch_add(1, Ordering::Relaxed) + 1;
         progress(Done::Share(0.4 + 0.06 * done as f64));
     })

@@ -6,13 +6,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::candidate::Candidate;
-use super::choose::{Means, SearchWidth, best_of};
+use super::choose::{Means, best_of};
 use super::data::Data;
 use super::hypothesis::Hypothesis;
-use super::known::Known;
 use super::problem::{Evaluation, Problem};
-use super::screen::Screen;
 use super::statistics::relative_error;
 
 /// Folds of the cross-validation.
@@ -39,11 +36,9 @@ impl HeldOut {
 
 /// Errors of the model and of the model with the causes that each fold chooses, at the poses that
 /// the fold leaves out. `done` is called once a fold.
-pub(super) fn held_out<'c>(
+pub(super) fn held_out(
     problem: &Problem<'_>,
-    candidates: &'c [Candidate],
-    screen: &Screen,
-    known: &Known<'c>,
+    means: Means<'_, '_>,
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> HeldOut {
@@ -57,8 +52,7 @@ pub(super) fn held_out<'c>(
         .map(|fold| {
             let train = data.only(|row| fold_of[row] != fold);
             let test = data.only(|row| fold_of[row] == fold);
-            let known = &known.clone();
-            let means = Means { candidates, screen, width: SearchWidth::FOLD, known };
+            let means = Means { known: &means.known.clone(), ..means };
             let chosen = best_of(&Problem { description, data: &train }, means);
             let errors = errors_of(&test, &chosen.unwrap_or_default());
             done();

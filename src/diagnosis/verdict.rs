@@ -214,7 +214,7 @@ mod tests {
             let problem = Problem { description: &description, data: &table };
             let screen = Screen::new(&problem, &[]).unwrap();
             let known = Known::default();
-            let (screen, known, width) = (&screen, &known, SearchWidth::FOLD);
+            let (screen, known, width) = (&screen, &known, SearchWidth::of_fold(3));
             let means = Means { candidates: &[], screen, width, known };
             Judged::of(&problem, &choose(&problem, means).unwrap()).is_noise
         };
