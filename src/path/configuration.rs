@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::timed_path::{Beside, Knots, Segment, shown_joints};
-use crate::model::{InverseKinematics, Robot};
+use crate::model::{InverseKinematics, JointKind, Robot};
 use crate::motion::{Configuration, Move, Target};
 use crate::notes::Code;
 
@@ -139,8 +139,9 @@ fn turned_into(
     let mut turned = q.to_vec();
     for &(joint, [lowest, highest]) in &asked.joints {
         let own = *q.get(joint)?;
+        let moving = robot.joints().get(joint)?;
+        let (limit, slides) = (moving.limit, moving.kind == JointKind::Prismatic);
         let turns = [0.0, 1.0, -1.0, 2.0, -2.0].map(|turns| own + turns * TAU);
-        let limit = robot.joints().get(joint)?.limit;
         let slack = slack(lowest, highest);
         let fits = |at: &f64| {
             let in_limits = limit.is_none_or(|[lower, upper]| (lower..=upper).contains(at));
@@ -148,7 +149,7 @@ fn turned_into(
         };
         // A joint that rounding puts beside an edge makes no whole turn.
         let beyond = |at: &f64| (lowest - at).max(at - highest).max(ROUNDING) - ROUNDING;
-        let fitting = turns.into_iter().filter(fits);
+        let fitting = turns.into_iter().take(if slides { 1 } else { 5 }).filter(fits);
         let nearest = fitting.min_by(|a, b| beyond(a).total_cmp(&beyond(b)));
         *turned.get_mut(joint)? = nearest?;
     }

@@ -520,7 +520,8 @@ impl Log {
 
     pub(super) fn finish(mut self, dialect: Dialect) -> Result<Program, Vec<Note>> {
         if self.notes.errors() == 0 && self.moves.is_empty() {
-            let unread = self.notes.list().iter().find(|note| note.code == Code::MotionLeftOut);
+            let of = |code| self.notes.list().iter().find(move |note| note.code == code);
+            let unread = of(Code::MotionLeftOut).or(of(Code::LeftOut));
             let first = unread.map(|note| (note.place.line.unwrap_or(1), note.what.clone()));
             let none = "the program contains no motion";
             match first {

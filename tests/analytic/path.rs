@@ -96,6 +96,40 @@ fn the_arm_configuration_of_a_program_is_kept_named_or_refused() {
     assert!(refused[0].what.contains("asks for its quadrant"), "{refused:?}");
 }
 
+/// A track has no turns: 0.3 m and 0.3 m − 2π are not the same place.
+#[test]
+fn a_sliding_axis_makes_no_whole_turn_into_a_configuration() {
+    // Of 20 m, so that both are within its limits.
+    let long = tempfile::tempdir().unwrap();
+    for name in ["robot.yaml", "rail-mill.urdf"] {
+        let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/rail-mill").join(name);
+        let text = std::fs::read_to_string(file).unwrap();
+        let text = text.replace("lower=\"-2.5\" upper=\"2.5\"", "lower=\"-10\" upper=\"10\"");
+        std::fs::write(long.path().join(name), text).unwrap();
+    }
+    let file = long.path().join("robot.yaml");
+    let robot = detune::input::read_robot(&file, &mut detune::input::Reading::default()).unwrap();
+    let track = robot.joints().iter().position(|joint| joint.name == "track").unwrap();
+    let mut at = vec![0.1; robot.joints().len()];
+    at[track] = 0.3;
+    let pose = tcp_pose(&robot, &at, &tool());
+    let mut moves = moves(vec![Target::Joints(at), Target::JointsTo(pose)], tool());
+    let shown = "its side of the track".to_owned();
+    let configuration = Configuration { shown, joints: vec![(track, [-20.0, 0.0])] };
+    let configuration = Some(Arc::new(configuration));
+    moves[1].stated = Arc::new(Stated { configuration, ..Stated::default() });
+    match Path::plan(&robot, &moves, None) {
+        Err(refused) => assert!(refused[0].what.contains("asks for its side"), "{refused:?}"),
+        Ok(path) => {
+            let mut q = vec![0.0; robot.joints().len()];
+            path.reader().at(1.0, &mut q).unwrap();
+            let there = tcp_pose(&robot, &q, &tool());
+            assert!((there.translation.vector - pose.translation.vector).norm() < 1e-6, "{q:?}");
+            assert!(path.beside_configuration().is_some() || q[track] <= 0.0, "{q:?}");
+        }
+    }
+}
+
 /// A stretch of a path has the joints of the whole, knot by knot, and its share of the time.
 #[test]
 fn stretches_are_parts_of_the_whole_path() {

@@ -82,7 +82,8 @@ impl<'r> Reader<'r> {
     /// Doubts cuts of which a program does not state the load, where it states that of others: they
     /// are checked with one of these.
     pub(super) fn cuts_without_load(&mut self, called: &str, moves: &[Move], file: Option<&Path>) {
-        if moves.iter().all(|each| each.stated.load.is_none()) {
+        let states = |each: &Move| each.stated.load.as_ref().is_some_and(|own| !own.is_placeholder);
+        if !moves.iter().any(states) {
             return;
         }
         // Nothing moves to where the path starts.

@@ -308,8 +308,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The arm configuration follows from the start of the path; a J that asks for another one than
-    /// the position before would turn the arm over.
+    /// The arm configuration follows from the start of the path: one other than that of the position
+    /// before would turn the arm over.
     fn keep_config(&mut self, line: usize, kind: &str, aim: &Aim) -> Result<(), String> {
         let Some(config) = &aim.group.config else {
             let is_pose = !aim.group.parts.contains_key(JOINTS[0]);
@@ -337,13 +337,13 @@ impl Run<'_> {
             self.log.warning(Code::Assumed, line, what);
         }
         let before = self.config.replace(own.clone());
-        match before.filter(|before| kind == "J" && *before != own) {
-            Some(before) => Err(format!(
-                "CONFIG goes from '{before}' to '{own}': the arm turns over, which is not read; \
-                 teach the position in joints"
-            )),
-            None => Ok(()),
-        }
+        let Some(before) = before.filter(|before| *before != own) else { return Ok(()) };
+        let why = if kind == "J" {
+            "the arm turns over, which is not read; teach the position in joints"
+        } else {
+            "the controller stops there, or with Wjnt turns the wrist over, which is not read"
+        };
+        Err(format!("CONFIG goes from '{before}' to '{own}': {why}"))
     }
 
     /// A joint move ends with the turns of its CONFIG: with none, no axis is beyond half a turn.

@@ -85,10 +85,12 @@ impl<'t> Cursor<'t> {
         let (mut indices, mut fields) = (Vec::new(), Vec::new());
         loop {
             if self.take("[") {
-                // `TEXT[]`: all of it.
+                // `TEXT[]`, `BOARD[,]`: all of it.
                 while !self.take("]") {
-                    indices.push(self.expression()?);
-                    self.take(",");
+                    if !self.take(",") {
+                        indices.push(self.expression()?);
+                        self.take(",");
+                    }
                 }
             } else if self.take(".") {
                 fields.push(self.name()?);

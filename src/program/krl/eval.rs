@@ -141,11 +141,11 @@ impl<'a> Run<'a> {
         match key {
             "$nullframe" | "$world" => of_frame(&Isometry3::identity()),
             "$pos_act" | "$pos_ret" | "$pos_int" => self.position(),
-            "$base" | "$act_base" => match &self.no_base {
+            "$base" => match &self.no_base {
                 Some(why) => Value::unknown(why.clone()),
                 None => of_frame(&self.base),
             },
-            "$tool" | "$act_tool" => of_frame(&self.tcp),
+            "$tool" => of_frame(&self.tcp),
             _ if key.starts_with("tool_data[") => self.of_job(key, tool_frame),
             _ if key.starts_with("base_data[") => self.of_job(key, base_frame),
             _ if key.starts_with('$') => {

@@ -19,6 +19,7 @@ mod moves;
 mod orientation;
 mod parser;
 mod run;
+mod shares;
 mod signals;
 mod syntax;
 mod targets;

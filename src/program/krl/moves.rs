@@ -6,9 +6,10 @@ use nalgebra::{Isometry3, Matrix3};
 
 use super::forms::{BASE, TOOL};
 use super::run::Run;
+use super::shares::Shares;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
 use super::turns::Turns;
-use super::value::{AXES, Parts, Value, base, frame, part};
+use super::value::{AXES, Parts, Sort, Value, base, frame, part};
 use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Load, Target, Turning};
 use crate::notes::Code;
@@ -23,7 +24,7 @@ const LOADS: usize = 16;
 
 /// Speeds, orientation, tool and base, load.
 type Kept = (
-    (Option<f64>, Option<f64>, [Option<f64>; 2]),
+    (Option<f64>, Shares, [Option<f64>; 2]),
     Turns,
     (Isometry3<f64>, Isometry3<f64>, Option<String>),
     Option<(String, [bool; 2])>,
@@ -106,7 +107,7 @@ impl<'a> Run<'a> {
     }
 
     /// System variables that motion depends on; whether it is one.
-    fn set_motion(&mut self, line: usize, path: &Path, value: &Value) -> Result<bool, String> {
+    fn set_motion(&mut self, line: usize, path: &'a Path, value: &Value) -> Result<bool, String> {
         let field = path.fields.first().map(String::as_str);
         match (path.name.as_str(), field) {
             ("$vel", Some("cp")) => self.set_velocity(line, value)?,
@@ -124,8 +125,14 @@ impl<'a> Run<'a> {
                 other => self.set_velocity(line, other)?,
             },
             ("$vel", Some(field @ ("ori1" | "ori2"))) => self.set_turning(line, field, value)?,
-            ("$vel", Some(_)) | ("$vel_extax", _) => {}
-            ("$vel_axis", _) => self.set_joint_share(value)?,
+            ("$vel", Some(_)) => {}
+            ("$vel_axis" | "$vel_extax", _) => {
+                let [index] = &*path.indices else {
+                    return Err("the number of the axis is missing".to_owned());
+                };
+                let axis = self.eval(index).num()?;
+                self.shares.set(path.name == "$vel_extax", axis, value.num()?)?;
+            }
             ("$ori_type", _) => self.turns.set_type(value),
             ("$circ_type", _) => self.turns.set_arc(value),
             ("$ov_pro", _) => {
@@ -216,15 +223,6 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn set_joint_share(&mut self, value: &Value) -> Result<(), String> {
-        let percent = value.num()?;
-        if !(percent > 0.0 && percent <= 100.0) {
-            return Err(format!("the joints' speed is {percent} %, must be 1 to 100"));
-        }
-        self.joint_share = Some(ratio_from_percent(percent));
-        Ok(())
-    }
-
     fn own_tool(&mut self, line: usize, value: &Value) -> Result<Isometry3<f64>, String> {
         let own = frame(value.parts()?)?;
         if own == Isometry3::identity() {
@@ -277,10 +275,17 @@ impl<'a> Run<'a> {
 
     /// BASE_DATA[n]: only what moves in it must know where it is.
     pub(super) fn chooses_base_number(&mut self, number: f64) {
+        self.acts("$act_base", number);
         match self.base_frame(number) {
             Ok(frame) => self.chooses_base(frame),
             Err(why) => self.no_base = Some(why),
         }
+    }
+
+    /// The number of the tool or the base that the basic package has chosen (bas.src, TOOL and
+    /// BASE).
+    fn acts(&mut self, key: &str, number: f64) {
+        self.globals.insert(key.to_owned(), Value::Num(number, None, Sort::Whole));
     }
 
     fn chooses_base(&mut self, frame: Isometry3<f64>) {
@@ -297,6 +302,7 @@ impl<'a> Run<'a> {
 
     pub(super) fn choose_tool(&mut self, line: usize, number: f64) -> Result<(), String> {
         self.take_tool(number)?;
+        self.acts("$act_tool", number);
         // A tool whose load no file gives says nothing of it.
         match self.datum(&format!("load_data[{number}]")) {
             Value::Unknown(_) => self.log.load(None),
@@ -347,7 +353,7 @@ impl<'a> Run<'a> {
                 Ok(share) => self.set_basic_share(line, &share),
                 // As rapid as where no speed is set, until one is: then nothing was lost.
                 Err(why) => {
-                    self.joint_share = None;
+                    self.shares = Shares::default();
                     self.unknown_share = Some(why);
                     Ok(())
                 }
@@ -381,30 +387,11 @@ impl<'a> Run<'a> {
         self.datum("def_vel_fact").num().ok().filter(|factor| *factor > 0.0).unwrap_or(1.0)
     }
 
-    /// Beyond 100 % the basic package takes DEF_VEL_PTP (bas.src, VEL_PTP).
-    fn set_basic_share(&mut self, line: usize, value: &Value) -> Result<(), String> {
-        let percent = value.num()?;
-        if percent <= 100.0 {
-            return self.set_joint_share(value);
-        }
-        match self.datum("def_vel_ptp") {
-            Value::Unknown(_) => {
-                let what = format!(
-                    "the joints' speed is {percent} %: the controller takes DEF_VEL_PTP, which is \
-                     in no file that is read; 100 % is assumed"
-                );
-                self.log.warning(Code::ChangeIgnored, line, what);
-                self.set_joint_share(&Value::real(100.0))
-            }
-            own => self.set_joint_share(&own),
-        }
-    }
-
     /// #INITMOV: joints at full speed, DEF_VEL_CP, the world as the base, and tool 1 where it is
     /// known. A job that gives a work object means it for the base that no line of the program
     /// sets.
     fn initialise(&mut self, line: usize) -> Result<(), String> {
-        self.joint_share = Some(1.0);
+        self.shares = Shares::of_all(100.0)?;
         let factor = self.velocity_factor();
         self.velocity = self.datum("def_vel_cp").num().ok().map(|velocity| velocity * factor);
         self.turning = ["def_vel_ori1", "def_vel_ori2"]
@@ -419,7 +406,11 @@ impl<'a> Run<'a> {
         self.turns = Turns::default();
         self.unknown_form = None;
         // Where there is none the robot has its flange until it is told another.
-        drop(self.take_tool(1.0));
+        match self.take_tool(1.0) {
+            Ok(()) => self.acts("$act_tool", 1.0),
+            Err(_) => drop(self.globals.remove("$act_tool")),
+        }
+        self.globals.remove("$act_base");
         Ok(())
     }
 
@@ -478,7 +469,12 @@ impl<'a> Run<'a> {
             if self.set_numbered(line, path, expr) {
                 continue;
             }
-            if let Err(why) = self.set_motion(line, path, &value) {
+            // What forms write for axis 1 holds for all of them.
+            let set = match path.name.as_str() {
+                "$vel_axis" => self.set_joint_share(&value),
+                _ => self.set_motion(line, path, &value).map(drop),
+            };
+            if let Err(why) = set {
                 let shown = path.name.to_uppercase();
                 self.log.error(Code::Motion, line, format!("WITH {shown}: {why}"));
             }
@@ -487,7 +483,7 @@ impl<'a> Run<'a> {
 
     /// What WITH may set for a motion.
     fn kept(&self) -> Kept {
-        let speeds = (self.velocity, self.joint_share, self.turning);
+        let speeds = (self.velocity, self.shares, self.turning);
         let frames = (self.tcp, self.base, self.no_base.clone());
         (speeds, self.turns, frames, self.unknown_form.clone(), self.log.carried())
     }
@@ -496,7 +492,7 @@ impl<'a> Run<'a> {
         let (speeds, load);
         (speeds, self.turns, (self.tcp, self.base, self.no_base), self.unknown_form, load) = kept;
         self.log.load(load.as_ref());
-        (self.velocity, self.joint_share, self.turning) = speeds;
+        (self.velocity, self.shares, self.turning) = speeds;
     }
 
     pub(super) fn motion(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
@@ -590,14 +586,6 @@ impl<'a> Run<'a> {
 
     fn pace(&self) -> Pace {
         self.velocity.map_or(Pace::Unstated, |velocity| Pace::Feed(velocity * self.over))
-    }
-
-    fn joint_pace(&mut self, line: usize) -> Pace {
-        if let (None, Some(why)) = (self.joint_share, &self.unknown_share) {
-            let what = format!("{why}; the joints are taken to move as fast as rapid moves");
-            self.log.warning(Code::ChangeIgnored, line, what);
-        }
-        self.joint_share.map_or(Pace::Rapid, |share| Pace::Joints(share * self.over))
     }
 
     /// An arc; CA says how far it goes on, whatever the end.

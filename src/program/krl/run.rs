@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
+use super::shares::Shares;
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::turns::Turns;
 use super::value::{Sort, Type, Value, base, unset};
@@ -110,8 +111,8 @@ pub(super) struct Run<'a> {
     pub(super) velocity: Option<f64>,
     /// $VEL.ORI1 and $VEL.ORI2, rad/s.
     pub(super) turning: [Option<f64>; 2],
-    /// $VEL_AXIS, the lowest share.
-    pub(super) joint_share: Option<f64>,
+    /// $VEL_AXIS and $VEL_EXTAX.
+    pub(super) shares: Shares,
     /// Why the share of the last inline form is not known.
     pub(super) unknown_share: Option<String>,
     /// Why tool and base of the last inline form are not known, and which the program has stated
@@ -161,7 +162,7 @@ impl<'a> Run<'a> {
             no_base: None,
             velocity: None,
             turning: [None; 2],
-            joint_share: None,
+            shares: Shares::default(),
             unknown_share: None,
             unknown_form: None,
             turns: Turns::default(),

@@ -12,7 +12,7 @@ use super::value::Value;
 use super::walk::{Named, set_by_others};
 use crate::motion::{Load, Turning};
 use crate::program::Settings;
-use crate::program::cell::{Comments, External};
+use crate::program::cell::{Comments, External, Sets};
 use crate::program::log::Log;
 use crate::program::spindle_names::Analog;
 
@@ -86,6 +86,10 @@ pub(super) struct Interpreter<'a> {
     pub(super) timed: Timed<'a>,
     /// Data that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<&'a str>,
+    /// Outputs that the procedures set from which the job reads the spindle or the tool, and how
+    /// many of these procedures run.
+    pub(super) setter_outputs: HashMap<&'a str, (Sets, &'a str)>,
+    pub(super) in_setters: usize,
     pub(super) analog: Analog,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
@@ -147,6 +151,8 @@ impl<'a> Interpreter<'a> {
             outputs: HashMap::new(),
             timed: Timed::of(file),
             given_on: HashSet::new(),
+            setter_outputs: HashMap::new(),
+            in_setters: 0,
             analog: Analog::default(),
             assigned: HashMap::new(),
             asked_of_others: HashSet::new(),

@@ -61,6 +61,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
             comments.tell('!', settings, log);
             let mut interpreter = Interpreter::new(&file, settings, comments, log);
             interpreter.given_on = set_by::given_on(&file, settings);
+            interpreter.setter_outputs = set_by::setter_outputs(&file, settings);
             let reached = walk::reached(&file, routine);
             interpreter.stands_for = walk::undeclared_frames(&file, reached.as_ref());
             interpreter.run(routine, &arguments);

@@ -45,7 +45,7 @@ impl<'a> Interpreter<'a> {
         };
         let (tcp, holds) = self.tool_centre_point(line, tool)?;
         let zone = args.positional.iter().take_while(|own| !std::ptr::eq(*own, tool)).last();
-        self.stands = option("inpos").is_some() || zone.is_some_and(|zone| self.stops(zone));
+        let stops = option("inpos").is_some() || zone.is_some_and(|zone| self.stops(zone));
         self.names_tool(line, tool, args);
         if holds == Holds::Work {
             let what = "the tool stands (robhold FALSE): the tip carries the gripper with the \
@@ -55,6 +55,12 @@ impl<'a> Interpreter<'a> {
         self.external.move_begins();
         let speed_arg = at(targets, "the speed")?;
         let first = self.eval(at(0, "the target")?);
+        // A target that asks where the arm is asks before the move.
+        let end = match way {
+            Way::Circular => Some(self.eval(at(1, "the end of the arc")?)),
+            _ => None,
+        };
+        self.stands = stops;
         if way == Way::AbsoluteJoints {
             let joints = self.joints(&first)?;
             self.log.configure(None);
@@ -84,14 +90,13 @@ impl<'a> Interpreter<'a> {
         self.tell_own_frames(line, way, tool, option("wobj"));
         let object = self.work_object(line, option("wobj"), args)?;
         let place = self.target(&first, &object.frame)?;
-        let (last, to) = match way {
-            Way::Circular => {
-                let end = self.eval(at(1, "the end of the arc")?);
+        let (last, to) = match (end, way) {
+            (Some(end), _) => {
                 let to = self.target(&end, &object.frame)?;
                 (end, Target::Arc { via: place, end: to, turning: self.turning_of(line) })
             }
-            Way::Joint => (first, Target::JointsTo(place)),
-            _ => (first, Target::Line(place)),
+            (None, Way::Joint) => (first, Target::JointsTo(place)),
+            (None, _) => (first, Target::Line(place)),
         };
         let asked = self.monitors[usize::from(way != Way::Joint)];
         let asked = asked.then(|| self.configuration(&last)).flatten();

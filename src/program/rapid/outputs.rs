@@ -20,6 +20,9 @@ const READ: [&str; 9] = [
     "goutputdnum",
 ];
 
+/// Kinds of signals, as in WaitDI and ISignalDI.
+const SIGNALS: [&str; 6] = ["di", "do", "gi", "go", "ai", "ao"];
+
 /// Names that a call is given as they are.
 pub(super) fn references(args: &Args) -> impl Iterator<Item = &str> {
     let optional = args.optional.iter().filter_map(|(_, value)| match value {
@@ -36,13 +39,14 @@ impl<'a> Interpreter<'a> {
     /// Keeps what an output is set to; one that an instruction names otherwise is no longer known.
     pub(super) fn set_output(&mut self, line: usize, key: &str, args: &'a Args) {
         let (true, Some(Expr::Ref(signal))) = (SETS.contains(&key), args.positional.first()) else {
-            return self.forget_outputs(args);
+            return self.forget_outputs(key, args);
         };
         let name = signal.name.key.as_str();
         let given = args.positional.get(1).map(|expr| self.eval(expr));
+        let number = given.as_ref().and_then(|value| value.num().ok());
+        self.doubt_setter_output(line, &signal.name, number);
         if key == "setao" {
-            let value = given.clone().and_then(|value| value.num().ok());
-            self.analog.set(self.settings, self.log, line, name, value);
+            self.analog.set(self.settings, self.log, line, name, number);
         }
         // Another name of a signal: it may be any.
         let is_local = self.frames.last().is_some_and(|frame| frame.contains_key(name));
@@ -81,10 +85,16 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// What a call names may be set by it.
-    fn forget_outputs(&mut self, args: &Args) {
+    /// What a call names may be set by it, but for signals that it waits for or looks after.
+    fn forget_outputs(&mut self, key: &str, args: &Args) {
+        let kind = key.strip_prefix("isignal").or_else(|| key.strip_prefix("wait"));
+        let looks = kind.is_some_and(|kind| SIGNALS.contains(&kind));
+        let signal = args.positional.first().filter(|_| looks);
         for name in references(args) {
-            self.forget_name(name);
+            let is_signal = matches!(signal, Some(Expr::Ref(path)) if path.name.key == name);
+            if !is_signal {
+                self.forget_name(name);
+            }
         }
     }
 

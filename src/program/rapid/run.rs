@@ -408,14 +408,17 @@ impl<'a> Interpreter<'a> {
     fn call(&mut self, line: usize, name: &'a Name, args: &'a Args) -> Flow {
         let key = name.key.as_str();
         let sets = self.sets(line, name, args);
-        self.set_output(line, key, args);
         if let Some(routine) = self.file.procedures.get(key) {
             self.doubt_procedure(line, routine);
-            return match self.call_routine(routine, args) {
+            self.in_setters += usize::from(sets);
+            let flow = self.call_routine(routine, args);
+            self.in_setters -= usize::from(sets);
+            return match flow {
                 Flow::Exit => Flow::Exit,
                 _ => Flow::Next,
             };
         }
+        self.set_output(line, key, args);
         if let Some(motion) = instructions::motion(key) {
             if let Err(why) = self.motion(line, motion, args) {
                 self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));

@@ -1,11 +1,12 @@
 //! Signals: what the cell agrees on beside the language, which of them (or which procedure or
 //! comment) sets the speed of the spindle or the number of the tool.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::interpreter::Interpreter;
 use super::outputs::references;
 use super::syntax::{Args, Expr, File, Name, Path, What};
+use super::timed::SETS;
 use super::value::Value;
 use super::walk::{names_in, statements_in};
 use crate::notes::Code;
@@ -46,7 +47,50 @@ pub(super) fn given_on<'a>(file: &'a File, settings: &Settings) -> HashSet<&'a s
     found
 }
 
+/// Outputs that procedures of the files, which the job names, set to what they work out, with what
+/// they are for and the name of the procedure.
+pub(super) fn setter_outputs<'a>(
+    file: &'a File,
+    settings: &Settings,
+) -> HashMap<&'a str, (Sets, &'a str)> {
+    let mut found = HashMap::new();
+    for (sets, by) in all(settings) {
+        let Setter::Procedure(procedure, _) = &by.what else { continue };
+        let Some(routine) = file.procedures.get(&procedure.to_lowercase()) else { continue };
+        for what in statements_in(std::iter::once(&routine.body)) {
+            if let What::Call(name, args) = what
+                && SETS.contains(&name.key.as_str())
+                && let [Expr::Ref(output), value, ..] = &*args.positional
+                && !names_in(vec![value]).is_empty()
+            {
+                found.insert(output.name.key.as_str(), (sets, routine.name.shown.as_str()));
+            }
+        }
+    }
+    found
+}
+
 impl<'a> Interpreter<'a> {
+    /// An output that is set elsewhere than in the procedure from which the job reads it: a doubt,
+    /// but where it is set to 0.
+    pub(super) fn doubt_setter_output(&mut self, line: usize, output: &Name, value: Option<f64>) {
+        let Some(&(sets, procedure)) = self.setter_outputs.get(output.key.as_str()) else { return };
+        if self.in_setters > 0 || value == Some(0.0) {
+            return;
+        }
+        let (code, read) = match sets {
+            Sets::Spindle => (Code::SpindleCommand, "the spindle's speed"),
+            Sets::Tool => (Code::ChangeIgnored, "the tool"),
+        };
+        let what = format!(
+            "'{}' is set here, too, by which '{procedure}' sets {read}: what it is set to \
+             here is not read; name the signal in the job instead",
+            output.shown
+        );
+        self.log.sets(line);
+        self.log.warning(code, line, what);
+    }
+
     /// Whether the call sets something; then it is done.
     pub(super) fn sets(&mut self, line: usize, name: &Name, args: &'a Args) -> bool {
         let settings = self.settings;

@@ -2,9 +2,9 @@
 //! program.
 
 use detune::notes::{Code, Note};
-use detune::program::{Assumed, Dialect, Program, read};
+use detune::program::{Assumed, Dialect, Program, SetBy, Setter, Settings, read};
 
-use super::support::{at, faults, settings};
+use super::support::{at, faults, module, settings};
 
 type Read = Result<Program, Vec<Note>>;
 
@@ -278,4 +278,62 @@ fn an_arc_of_an_nx_file_without_its_values_is_a_doubt() {
     assert_eq!(doubts("", "GOTO/20,20,0"), NONE);
     let found = faults(&text("", "GOTO/20,0,0"), Dialect::Apt);
     assert!(found[0].what.contains("taken to run counterclockwise"), "{found:?}");
+}
+
+fn told(program: &Program, code: Code) -> Vec<usize> {
+    program.warnings.iter().filter(|note| note.code == code).map(at).collect()
+}
+
+/// The job reads the spindle from a procedure, whose output another sets as well.
+#[test]
+fn an_output_by_which_a_procedure_sets_the_spindle_is_set_nowhere_else() {
+    let speeds = |body: &str| {
+        let text = module(&format!("MoveL p,v5,fine,tool0;\nSpindle 300;\n{body}"));
+        let end = text.rfind("ENDMODULE").unwrap();
+        let text = format!(
+            "{}PROC Spindle(num r)\nSetGO goS,r;\nSet doOn;\nENDPROC\nPROC Fast()\n\
+             SetGO goS,970;\nENDPROC\nENDMODULE\n",
+            &text[..end]
+        );
+        let what = Setter::Procedure("Spindle".to_owned(), 1);
+        let spindle_from = Some(SetBy { what, per_unit: 1.0 });
+        let job = Settings { spindle_from, ..settings() };
+        let found = read(text.as_bytes(), Dialect::Rapid, &job).unwrap();
+        told(&found, Code::SpindleCommand).len()
+    };
+    const THERE: &str = "MoveL Offs(p,9,0,0),v5,fine,tool0;";
+    assert_eq!(speeds(&format!("{THERE}\nSpindle 500;\n{THERE}\nReset doOn;\nSetGO goS,0;")), 0);
+    assert_eq!(speeds(&format!("Fast;\n{THERE}")), 1);
+    assert_eq!(speeds(&format!("SetGO goS,970;\n{THERE}")), 1);
+}
+
+/// What a call takes as a value, and a signal that is waited for, stays what the job says.
+#[test]
+fn what_nothing_sets_keeps_the_word_of_the_job() {
+    let assumed = [("mode", Assumed::Number(1.0)), ("din", Assumed::Truth(true))];
+    let decided = "IF mode=1 AND din=1 THEN\nMoveL Offs(p,9,0,0),v5,fine,tool0;\nENDIF";
+    let routines = "PROC Start(num m)\nm:=0;\nENDPROC\nPROC Set0(INOUT num m)\nm:=0;\nENDPROC";
+    for before in ["Start mode;", "WaitDI din,1;", "ISignalDI din,1,i1;"] {
+        let found = rapid(&format!("{before}\n{decided}"), routines, &assumed);
+        assert_eq!(found.unwrap().moves.len(), 1, "{before}");
+    }
+    for before in ["Set0 mode;", "Elsewhere mode;", "WaitDI din,1\\TimeFlag:=mode;"] {
+        let found = rapid(&format!("{before}\n{decided}"), routines, &assumed);
+        assert!(found.is_err(), "{before}");
+    }
+}
+
+/// CRobT in the target of a move asks where the arm is before it.
+#[test]
+fn a_target_that_asks_where_the_arm_is_asks_before_its_move() {
+    let doubts = |zones: [&str; 2]| {
+        let body = format!(
+            "MoveL p,v5,{},tool0;\nMoveL Offs(CRobT(),0,9,0),v5,{},tool0;",
+            zones[0], zones[1]
+        );
+        let found = rapid(&body, "", &[]).unwrap();
+        found.warnings.iter().filter(|note| note.what.contains("CRobT asks")).count()
+    };
+    assert_eq!(doubts(["fine", "z50"]), 0);
+    assert_eq!(doubts(["z50", "fine"]), 1);
 }

@@ -345,3 +345,100 @@ fn jumps_back_that_are_no_endless_loop_are_run() {
     let same = format!("R[1]=0 ;\nLBL[1] ;\n{OUT}\nIF R[1]=3,JMP LBL[9] ;\nJMP LBL[1] ;\nLBL[9] ;");
     assert_eq!(xs(&same), (vec![40.0, 0.0], 1));
 }
+
+/// MOTN-063 of a Fanuc R-30iB: a linear motion does not change wrist, elbow and shoulder.
+#[test]
+fn a_line_of_tp_to_another_configuration_is_refused() {
+    let text = tp("L P[2] 10mm/sec FINE ;\nL P[1] 10mm/sec FINE ;");
+    assert_eq!(framed(&text).unwrap().moves.len(), 2);
+    let at = text.rfind("'N U T").unwrap();
+    let over = format!("{}'F U T{}", &text[..at], &text[at + 6..]);
+    let found = framed(&over).unwrap_err();
+    assert!(found[0].what.contains("the controller stops there"), "{found:?}");
+}
+
+#[test]
+fn tp_that_does_not_move_by_itself_is_read() {
+    let body = "SKIP CONDITION DI[1]=ON ;\nVISION RUN_FIND 'A' ;\nL P[2] 10mm/sec FINE ;";
+    assert_eq!(framed(&tp(body)).unwrap().moves.len(), 1);
+    // The option under which the condition counts, and a macro.
+    for (body, said) in [
+        ("SKIP CONDITION DI[1]=ON ;\nL P[2] 10mm/sec FINE Skip,LBL[1] ;\nLBL[1] ;", "Skip"),
+        ("MOVE TO HOME ;", "if it is a macro, write CALL"),
+    ] {
+        let found = framed(&tp(body)).unwrap_err();
+        assert!(found[0].what.contains(said), "{found:?}");
+    }
+    // Where the only move goes is not in the program.
+    let text = "/PROG A\n/MN\nUFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\nJ PR[1] 10% FINE ;\n/POS\n/END\n";
+    let found = framed(text).unwrap_err();
+    assert!(found.iter().any(|fault| fault.what.contains("PR[1]")), "{found:?}");
+}
+
+fn krl(body: &str, files: &str) -> Result<Program, Vec<Note>> {
+    let text = format!(
+        "DEF p()\nDECL INT i\n$VEL.CP=0.1\nPTP {{X 0,Y 0,Z 100,A 0,B 0,C 180}}\n{body}\n\
+         LIN_REL {{X 1}}\nEND\n{files}"
+    );
+    let frame = |x: f64| nalgebra::Isometry3::translation(x, 0.0, 0.0);
+    let base_frames = [(0, frame(0.0)), (1, frame(0.1)), (2, frame(0.2))].into();
+    let tool_frames = [(1, frame(0.0)), (2, frame(0.0))].into();
+    let job = detune::program::Settings { base_frames, tool_frames, ..settings() };
+    read(ended(&text, Dialect::Krl).as_bytes(), Dialect::Krl, &job)
+}
+
+/// $VEL_AXIS[n] is of its axis alone (KUKA, KSS 8.3 System Variables).
+#[test]
+fn axes_of_krl_have_their_own_speeds() {
+    const THERE: &str = "PTP {X 10,Y 0,Z 100,A 0,B 0,C 180}";
+    let all = |share: u8| format!("FOR i=1 TO 6\n$VEL_AXIS[i]={share}\nENDFOR\n");
+    for (set, share, is_told) in [
+        (all(20), 0.2, false),
+        (all(100) + &all(20), 0.2, false),
+        (all(100) + "$VEL_AXIS[6]=20\n", 0.2, true),
+        ("$VEL_AXIS[1]=30\n".to_owned(), 0.3, true),
+        (all(20) + "BAS(#VEL_PTP,50)\n", 0.5, false),
+        // External axes that the job has not count nothing.
+        (all(20) + "$VEL_EXTAX[1]=10\n", 0.2, false),
+    ] {
+        let found = krl(&format!("{set}{THERE}"), "").unwrap();
+        let doubt = told(&found, Code::ChangeIgnored);
+        assert_eq!(!doubt.is_empty(), is_told, "{set}: {:?}", found.warnings);
+        let timing = found.moves.iter().find_map(|each| match each.timing {
+            Timing::Joints(share) => Some(share),
+            _ => None,
+        });
+        assert!((timing.unwrap() - share).abs() < 1e-12, "{set}: {timing:?}");
+    }
+    // What a form writes for axis 1 is of all (SPTP … WITH $VEL_AXIS[1]).
+    let form = krl(&format!("S{THERE} WITH $VEL_AXIS[1]=SVEL_JOINT(30.0)"), "").unwrap();
+    assert!(told(&form, Code::ChangeIgnored).is_empty(), "{:?}", form.warnings);
+    let faults = krl(&format!("$VEL_AXIS[7]=20\n{THERE}"), "").unwrap_err();
+    assert!(faults[0].what.contains("no axis 7"), "{faults:?}");
+}
+
+/// BASE() and TOOL() of bas.src end with $ACT_BASE=BASE_NO and $ACT_TOOL=TOOL_NO.
+#[test]
+fn krl_knows_which_base_and_tool_it_has_chosen() {
+    let x = |body: &str| {
+        let found = krl(body, "").unwrap();
+        let last = found.moves.len() - 2;
+        (end(&found.moves[last]).1.translation.x * 1e3).round()
+    };
+    const ASKED: &str = "IF ($ACT_BASE==2) AND ($ACT_TOOL==1) THEN\n\
+                         LIN {X 5,Y 0,Z 100,A 0,B 0,C 180}\nELSE\n\
+                         LIN {X 7,Y 0,Z 100,A 0,B 0,C 180}\nENDIF";
+    assert_eq!(x(&format!("BAS(#TOOL,1)\nBAS(#BASE,2)\n{ASKED}")), 205.0);
+    assert_eq!(x(&format!("BAS(#TOOL,1)\nBAS(#BASE,1)\n{ASKED}")), 107.0);
+    let of = "BAS(#BASE,2)\n$BASE=BASE_DATA[$ACT_BASE-1]\nLIN {X 5,Y 0,Z 100,A 0,B 0,C 180}";
+    assert_eq!(x(of), 105.0);
+    let unknown = krl(ASKED, "").unwrap_err();
+    assert!(unknown[0].what.contains("run time"), "{unknown:?}");
+}
+
+#[test]
+fn whole_tables_of_krl_are_handed_over() {
+    let files = "DEF draw(b[,]:OUT)\nINT b[,]\nLIN {X 5,Y 0,Z 100,A 0,B 0,C 180}\nb[1,2]=4\nEND\n";
+    let found = krl("draw(t[,])", files).unwrap();
+    assert_eq!((end(&found.moves[found.moves.len() - 2]).1.translation.x * 1e3).round(), 5.0);
+}
