@@ -7,7 +7,7 @@ use super::candidate::Candidate;
 use super::extrapolation::least_extrapolating;
 use super::fit::Fit;
 use super::hypothesis::Hypothesis;
-use super::known::{Asked, Known};
+use super::known::{Asked, Converged, Known};
 use super::models::{
     ALTERNATIVE_WITHIN, Model, SIGNIFICANCE, distinct, handicap, is_material, log_evidence,
     p_value, sort, substitutes, within_reach,
@@ -88,12 +88,12 @@ pub(super) struct Means<'m, 'c> {
 /// Chooses among candidates. Of a large table a part chooses, and all of it fits what the part
 /// finds.
 pub(super) fn choose<'c>(problem: &Problem<'_>, means: Means<'_, 'c>) -> Option<Choice<'c>> {
-    let search = Search { problem, means };
+    let search = Search::new(problem, means);
     match problem.data.thinned() {
         None => search.choice(),
         Some(few) => {
             let part = Problem { data: &few, ..*problem };
-            search.fitted(Search { problem: &part, means }.choice()?)
+            search.fitted(Search::new(&part, means).choice()?)
         }
     }
 }
@@ -102,7 +102,7 @@ pub(super) fn choose<'c>(problem: &Problem<'_>, means: Means<'_, 'c>) -> Option<
 pub(super) fn best_of<'c>(problem: &Problem<'_>, means: Means<'_, 'c>) -> Option<Hypothesis<'c>> {
     let few = problem.data.thinned();
     let part = Problem { data: few.as_ref().unwrap_or(problem.data), ..*problem };
-    let search = Search { problem: &part, means };
+    let search = Search::new(&part, means);
     let best = search.searched(part.optimise(Hypothesis::default())?)?.best.fit.hypothesis;
     match few {
         Some(_) => Some(problem.optimise(best)?.hypothesis),
@@ -120,9 +120,14 @@ struct Searched<'c> {
 struct Search<'s, 'p, 'c> {
     problem: &'s Problem<'p>,
     means: Means<'s, 'c>,
+    converged: Converged<'c>,
 }
 
-impl<'c> Search<'_, '_, 'c> {
+impl<'s, 'p, 'c> Search<'s, 'p, 'c> {
+    fn new(problem: &'s Problem<'p>, means: Means<'s, 'c>) -> Self {
+        Self { problem, means, converged: Converged::default() }
+    }
+
     /// From the model without causes to larger ones, as long as the data justify them.
     fn searched(&self, baseline: Fit<'c>) -> Option<Searched<'c>> {
         let mut best = self.model(baseline);
@@ -233,7 +238,8 @@ impl<'c> Search<'_, '_, 'c> {
 
     /// The models of all that have a fit, in the order in which they are asked for.
     fn models(&self, asked: Vec<Asked<'c>>) -> Vec<Model<'c>> {
-        let fits = self.means.known.fits(self.problem, asked, self.means.width.starts);
+        let Means { known, width, .. } = self.means;
+        let fits = known.fits(self.problem, asked, width.starts, &self.converged);
         fits.into_iter().map(|fit| self.model(fit)).collect()
     }
 
@@ -530,7 +536,7 @@ mod tests {
         let known = Known::default();
         let (candidates, screen, known) = (&candidates[..], &screen, &known);
         let means = Means { candidates, screen, width: SearchWidth::of_fold(1), known };
-        let search = Search { problem: &problem, means };
+        let search = Search::new(&problem, means);
         let model = |i| search.models_of([of(i, 0.5)]).remove(0);
         let baseline = problem.optimise(Hypothesis::default()).unwrap();
         let ahead = |i| Model { log_evidence: 1e3, ..model(i) };

@@ -32,6 +32,8 @@ pub(super) struct Fit<'c> {
     /// Degrees of freedom that the parameters take: less than their number where the data say
     /// little.
     pub(super) freedom: f64,
+    /// Whether no further step gains anything worth it.
+    pub(super) is_converged: bool,
 }
 
 impl Fit<'_> {
@@ -150,6 +152,7 @@ impl Problem<'_> {
         let mut evaluation = self.evaluate(&hypothesis)?;
         // As a share of the information's diagonal.
         let (mut damping, mut growth) = (1e-3_f64, 2.0);
+        let mut is_converged = false;
         'rounds: for _ in 0..max_rounds {
             let inner = hypothesis.inner();
             let (information, gradient) = normal_equations(&hypothesis, &evaluation);
@@ -160,6 +163,7 @@ impl Problem<'_> {
                 let predicted = gradient.dot(&moved) - 0.5 * moved.dot(&(&information * &moved));
                 // Also where nothing can move.
                 if predicted.is_nan() || predicted <= min_gain {
+                    is_converged = true;
                     break 'rounds;
                 }
                 match self.evaluate_if_better(&next, evaluation.score) {
@@ -178,10 +182,11 @@ impl Problem<'_> {
                     }
                 }
             }
+            is_converged = true;
             break;
         }
         let freedom = freedom(&hypothesis, &evaluation);
-        Some(Fit { hypothesis, evaluation, freedom })
+        Some(Fit { hypothesis, evaluation, freedom, is_converged })
     }
 }
 

@@ -30,6 +30,12 @@ impl<'c> Asked<'c> {
         Self { given, added: Some(added) }
     }
 
+    fn key(&self) -> Vec<usize> {
+        let mut key: Vec<usize> = self.causes().map(place).collect();
+        key.sort_unstable();
+        key
+    }
+
     fn causes(&self) -> impl Iterator<Item = &'c Candidate> {
         self.given.effects.iter().map(|(candidate, _)| *candidate).chain(self.added)
     }
@@ -45,6 +51,34 @@ pub(super) struct Known<'c> {
     candidates: std::marker::PhantomData<&'c Candidate>,
 }
 
+/// Fits to one table that have converged, by their causes as [`Parameters`] are: asked for again,
+/// they are what they were.
+#[derive(Debug, Default)]
+pub(super) struct Converged<'c>(Mutex<HashMap<Vec<usize>, Fit<'c>>>);
+
+impl<'c> Converged<'c> {
+    fn locked(&self) -> std::sync::MutexGuard<'_, HashMap<Vec<usize>, Fit<'c>>> {
+        self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// The fit of these causes, in their order.
+    fn of(&self, asked: &Asked<'c>) -> Option<Fit<'c>> {
+        let mut fit = self.locked().get(&asked.key())?.clone();
+        let place_of = |candidate: &Candidate| {
+            fit.hypothesis.effects.iter().position(|(own, _)| ptr::eq(*own, candidate))
+        };
+        let order: Vec<usize> = asked.causes().map(place_of).collect::<Option<_>>()?;
+        fit.arrange(&order);
+        Some(fit)
+    }
+
+    fn keep(&self, key: Vec<usize>, fit: &Fit<'c>) {
+        if fit.is_converged {
+            self.locked().insert(key, fit.clone());
+        }
+    }
+}
+
 impl Clone for Known<'_> {
     fn clone(&self) -> Self {
         Self { parameters: Mutex::new(self.locked().clone()), ..Self::default() }
@@ -58,6 +92,7 @@ impl<'c> Known<'c> {
         problem: &Problem<'_>,
         asked: Vec<Asked<'c>>,
         starts: usize,
+        converged: &Converged<'c>,
     ) -> Vec<Fit<'c>> {
         // What one fit of these finds must not reach another before all are done.
         let begun: Vec<Option<Hypothesis<'c>>> = {
@@ -67,10 +102,16 @@ impl<'c> Known<'c> {
         let fits: Vec<Option<Fit<'c>>> = asked
             .into_par_iter()
             .zip(begun)
-            .map(|(asked, begun)| match begun {
-                Some(begun) if asked.added.is_some() => problem.optimise(begun),
-                Some(begun) => problem.optimise(better_start(problem, begun, asked.given)),
-                None => problem.fit(&asked.given, asked.added, starts),
+            .map(|(asked, begun)| match (converged.of(&asked), begun) {
+                (Some(fit), _) if asked.added.is_some() => Some(fit),
+                (Some(fit), _) => {
+                    let given = problem.compare(&asked.given);
+                    let is_better = given.is_some_and(|own| own.score > fit.evaluation.score);
+                    if is_better { problem.optimise(asked.given) } else { Some(fit) }
+                }
+                (None, Some(begun)) if asked.added.is_some() => problem.optimise(begun),
+                (None, Some(begun)) => problem.optimise(better_start(problem, begun, asked.given)),
+                (None, None) => problem.fit(&asked.given, asked.added, starts),
             })
             .collect();
         let fits: Vec<Fit<'c>> = fits.into_iter().flatten().collect();
@@ -86,6 +127,7 @@ impl<'c> Known<'c> {
             let score = fit.evaluation.score;
             if scores.get(&key).is_none_or(|best| score > *best) {
                 scores.insert(key.clone(), score);
+                converged.keep(key.clone(), fit);
                 parameters.insert(key, inner);
             }
         }
@@ -113,8 +155,7 @@ fn place(candidate: &Candidate) -> usize {
 
 /// The causes with the parameters of their last fit; `None` if there was none.
 fn from_known<'c>(parameters: &Parameters, asked: &Asked<'c>) -> Option<Hypothesis<'c>> {
-    let mut key: Vec<usize> = asked.causes().map(place).collect();
-    key.sort_unstable();
+    let key = asked.key();
     let known = parameters.get(&key)?;
     let own = |candidate: &'c Candidate| {
         let at = key.binary_search(&place(candidate)).ok()?;

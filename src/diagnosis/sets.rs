@@ -19,8 +19,8 @@ use super::hypothesis::Hypothesis;
 use super::problem::{NONE, Problem};
 use super::screen::Screen;
 
-/// Smaller sets that are carried on to larger ones.
-const CARRIED: usize = 150;
+/// Smaller sets that are carried on to larger ones, for each set that is asked for.
+const CARRIED: usize = 5;
 
 /// Standard deviation of a cause's effect over that of a typical start: causes that are huge and
 /// cancel each other are no likely set.
@@ -98,8 +98,11 @@ pub(super) fn sets<'c>(
         });
         next.dedup_by(|a, b| a.members == b.members);
         // The pairs of few candidates are tried one and all.
-        let most =
-            if last { count } else { CARRIED.max(linear.members.len() * usize::from(have == 0)) };
+        let most = if last {
+            count
+        } else {
+            (CARRIED * count).max(linear.members.len() * usize::from(have == 0))
+        };
         let mut kept: Vec<TrialSet> = Vec::new();
         for set in next {
             if kept.len() == most {

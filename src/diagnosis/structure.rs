@@ -32,7 +32,7 @@ pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structur
             let part = Problem { data: &few, ..*problem };
             let hypothesis = fit.hypothesis.clone();
             let evaluation = part.evaluate(&hypothesis)?;
-            let of_part = Fit { hypothesis, evaluation, freedom: fit.freedom };
+            let of_part = Fit { hypothesis, evaluation, ..fit.clone() };
             let by_pose = Shapes::new(&part, &of_part)?.by_pose();
             let tries = shapes.len() + by_pose.len();
             let mut found = tested(problem.data, fit, &shapes, tries);

@@ -12,7 +12,7 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIter
 use super::block::{Block, C64, Pole};
 use super::given_noise::{self, Left};
 use super::noise;
-use super::projection::{Projection, dot};
+use super::projection::{Projection, dot, products};
 use super::unexplained::{Unexplained, unexplained};
 
 /// How far a refinement goes.
@@ -215,7 +215,7 @@ impl Share {
         // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
         let changes = changes(block, poles, pairs, &factors, weights);
         let shares = projection.shares(changes.as_view());
-        let normal = changes.transpose() * &changes - shares.transpose() * &shares;
+        let normal = products(&changes) - products(&shares);
         let gradient = changes.column_iter().map(|change| dot(change.as_slice(), &residual));
         let gradient = DVector::from_iterator(changes.ncols(), gradient);
         let back = |shares: DVectorView<f64>| {

@@ -31,6 +31,48 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
+/// Columns that are multiplied together: products of matrices are fast from so many on, and what a
+/// triangle does not need is left out in steps of as many.
+const STEP: usize = 16;
+
+/// AᵀA.
+pub(super) fn products(a: &DMatrix<f64>) -> DMatrix<f64> {
+    let count = a.ncols();
+    // Not `tr_mul`, which is no product of matrices but one of columns.
+    let transposed = a.transpose();
+    let mut products = DMatrix::zeros(count, count);
+    for first in (0..count).step_by(STEP) {
+        let own = STEP.min(count - first);
+        // With all up to these.
+        let rows = first + own;
+        products.view_mut((0, first), (rows, own)).gemm(
+            1.0,
+            &transposed.rows(0, rows),
+            &a.columns(first, own),
+            0.0,
+        );
+    }
+    products.fill_lower_triangle_with_upper_triangle();
+    products
+}
+
+/// A U of an upper triangle U.
+fn times_triangle(a: &DMatrix<f64>, upper: &DMatrix<f64>) -> DMatrix<f64> {
+    let count = a.ncols();
+    let mut product = DMatrix::zeros(a.nrows(), count);
+    for first in (0..count).step_by(STEP) {
+        let own = STEP.min(count - first);
+        let rows = first + own;
+        product.columns_mut(first, own).gemm(
+            1.0,
+            &a.columns(0, rows),
+            &upper.view((0, first), (rows, own)),
+            0.0,
+        );
+    }
+    product
+}
+
 fn subtract(from: &mut [f64], factor: f64, column: &[f64]) {
     from.iter_mut().zip(column).for_each(|(f, c)| *f -= factor * c);
 }
@@ -48,6 +90,8 @@ impl Projection {
     fn by_products(columns: &DMatrix<f64>) -> Option<Self> {
         /// What each column, of length one, has beside those before it: with less, digits are lost.
         const INDEPENDENT: f64 = 1e-4;
+        /// What is left of columns in one another is as nothing, and once is enough.
+        const ORTHOGONAL: f64 = 1e-12;
         let norms = columns.column_iter().map(|column| column.norm());
         let norms = DVector::from_iterator(columns.ncols(), norms);
         let mut q = columns.clone();
@@ -56,14 +100,20 @@ impl Projection {
         }
         let mut r = DMatrix::from_diagonal(&norms);
         for _ in 0..2 {
-            let upper = (q.transpose() * &q).cholesky()?.l().transpose();
+            let upper = products(&q).cholesky()?.l().transpose();
             // Not less, so that what is no number fails, too.
             if !upper.diagonal().iter().all(|left| *left > INDEPENDENT) {
                 return None;
             }
             let identity = DMatrix::identity(columns.ncols(), columns.ncols());
-            q *= upper.solve_upper_triangular(&identity)?;
+            let inverse = upper.solve_upper_triangular(&identity)?;
+            // What rounding leaves of the columns in one another grows with the square of R⁻¹.
+            let lost = f64::EPSILON * inverse.norm_squared();
+            q = times_triangle(&q, &inverse);
             r = upper * r;
+            if lost < ORTHOGONAL {
+                break;
+            }
         }
         Some(Self { q, r })
     }
@@ -105,6 +155,12 @@ impl Projection {
             let share = dot(q.as_slice(), column);
             subtract(column, share, q.as_slice());
         }
+    }
+
+    /// What of each column lies outside of the span; in place.
+    pub(super) fn remove_from_all(&self, columns: &mut DMatrix<f64>) {
+        let shares = self.shares(columns.as_view());
+        columns.gemm(-1.0, &self.q, &shares, 1.0);
     }
 
     /// The share of each target (rows × targets) in each orthonormal column, columns × targets.
@@ -200,5 +256,30 @@ mod tests {
             assert!((absorbed - 7.0).abs() < 1e-9, "{absorbed}");
         }
         assert_eq!(more.inverse_triangle()[7], vec![0.0; 8]);
+    }
+
+    /// More columns than are taken at once, some of which depend on others by far.
+    #[test]
+    fn many_columns_are_orthonormal_and_give_the_given_ones_back() {
+        const ROWS: usize = 300;
+        const COUNT: usize = 3 * STEP + 5;
+        let at = |i: usize, k: usize| (0.05 * (i * k) as f64).cos() + 1e-3 * (i + k) as f64;
+        let mut given = DMatrix::from_fn(ROWS, COUNT, |k, i| at(i, k));
+        // One depends on others, and one nearly.
+        let sum = given.column(3) - 2.0 * given.column(20);
+        given.set_column(STEP + 1, &sum);
+        let other = DVector::from_fn(ROWS, |k, _| 1e-6 * (0.7 * (k * k) as f64).sin());
+        let near = given.column(5) + other;
+        given.set_column(2 * STEP + 3, &near);
+        for of in [Projection::one_by_one(given.clone()), Projection::of(given.clone())] {
+            let is_own = |i: usize| f64::from(u8::from(of.r[(i, i)] > 0.0));
+            let unit = DMatrix::from_fn(COUNT, COUNT, |i, j| if i == j { is_own(i) } else { 0.0 });
+            assert!((products(&of.q) - &unit).amax() < 1e-12);
+            assert!((&of.q * &of.r - &given).amax() < 1e-8);
+            assert_eq!(unit.trace(), (COUNT - 1) as f64);
+        }
+        let upper = given.rows(0, COUNT).upper_triangle();
+        assert!((times_triangle(&given, &upper) - &given * &upper).amax() < 1e-9);
+        assert!((products(&given) - given.transpose() * &given).amax() < 1e-9);
     }
 }

@@ -3,14 +3,13 @@
 //! stabilisation diagram, from peaks of the residual, and from splitting a pole in two, which is
 //! what shows a close pair.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, DVectorView};
 
 use super::block::{Block, Origin, Pole};
 use super::drift;
 use super::fit::{COARSE, Fit, NORMAL, first_noise, matrix, rows, weights};
 use super::impacts;
 use super::noise;
-use super::projection::{Projection, dot};
 use super::unexplained::reaches;
 use crate::statistics::chi_squared_bound;
 
@@ -264,8 +263,8 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     let reaches = reaches(blocks, &fit.poles);
     let is_drift = |pole: &Pole| reaches.iter().any(|reach| reach.holds(pole));
     candidates.retain(|pole| in_band(blocks, pole) && !is_drift(pole));
-    let mut ranked: Vec<(f64, Pole)> =
-        candidates.into_iter().map(|pole| (linear_gain(blocks, fit, &pole), pole)).collect();
+    let gains = linear_gains(blocks, fit, &candidates);
+    let mut ranked: Vec<(f64, Pole)> = gains.into_iter().zip(candidates).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     let before = fit.evaluation.sum_of_squares;
     let mut best: Option<Fit> = None;
@@ -332,35 +331,50 @@ fn required_gain(blocks: &[Block]) -> f64 {
     chi_squared_bound((2 + 2 * responses) as f64, (lines as f64 / FALSE_ALARM).ln())
 }
 
-/// How far a pole lowers the sum of squares with all others held.
-fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
-    if !blocks.iter().all(|block| block.admits(pole)) {
-        return f64::NEG_INFINITY;
-    }
-    let pairs: Vec<_> = blocks.iter().map(|b| b.contribution(pole, pole.is_driven)).collect();
-    let mut gain = 0.0;
-    for part in &fit.evaluation.parts {
-        let of = &pairs[part.block];
-        let weights = weights(&fit.noise[part.block][part.response]);
-        let i = nalgebra::Complex::new(0.0, 1.0);
-        let both = of.value[0].iter().zip(&of.value[1]);
-        let u: Vec<_> = both.clone().map(|(a, b)| a + b).collect();
-        let v: Vec<_> = both.map(|(a, b)| i * (a - b)).collect();
-        let mut own = Vec::new();
-        for column in [u, v] {
-            let mut column = rows(&column, &weights);
-            let before = dot(&column, &column);
-            part.projection.remove(&mut column);
-            // A pole on top of another one adds nothing.
-            if dot(&column, &column) > 1e-12 * before {
-                own.push(column);
+/// How far each of some poles lowers the sum of squares with all others held.
+fn linear_gains(blocks: &[Block], fit: &Fit, poles: &[Pole]) -> Vec<f64> {
+    let admits = |pole: &Pole| blocks.iter().all(|block| block.admits(pole));
+    let mut gains: Vec<f64> =
+        poles.iter().map(|pole| if admits(pole) { 0.0 } else { f64::NEG_INFINITY }).collect();
+    let admitted: Vec<usize> = (0..poles.len()).filter(|&at| gains[at] == 0.0).collect();
+    for (at, block) in blocks.iter().enumerate() {
+        // Two columns of each pole, see `Pair` of the fit.
+        let i = Complex::new(0.0, 1.0);
+        let pairs = admitted.iter().flat_map(|&pole| {
+            let [a, b] = block.contribution(&poles[pole], poles[pole].is_driven).value;
+            let both = || a.iter().zip(&b);
+            [both().map(|(a, b)| a + b).collect(), both().map(|(a, b)| i * (a - b)).collect()]
+        });
+        let pairs: Vec<Vec<_>> = pairs.collect();
+        for part in fit.evaluation.parts.iter().filter(|part| part.block == at) {
+            let weights = weights(&fit.noise[at][part.response]);
+            let lines = part.residual.len();
+            let columns = pairs.iter().map(|column| rows(column, &weights)).collect();
+            let mut columns = matrix(lines, columns);
+            let before: Vec<f64> = columns.column_iter().map(|own| own.norm_squared()).collect();
+            part.projection.remove_from_all(&mut columns);
+            let along = columns.tr_mul(&DVectorView::from_slice(&part.residual, lines));
+            for (k, &pole) in admitted.iter().enumerate() {
+                gains[pole] += gain_of_two([2 * k, 2 * k + 1], &columns, &before, along.as_slice());
             }
         }
-        let mut left = part.residual.clone();
-        Projection::of(matrix(left.len(), own)).remove(&mut left);
-        gain += dot(&part.residual, &part.residual) - dot(&left, &left);
     }
-    gain
+    gains
+}
+
+/// How far the two columns of a pole, of which `before` says how long they were, lower the square of
+/// a residual with these products.
+fn gain_of_two([u, v]: [usize; 2], columns: &DMatrix<f64>, before: &[f64], along: &[f64]) -> f64 {
+    /// A pole on top of another one adds nothing, nor does a column like the other.
+    const LEAST: f64 = 1e-12;
+    let [mut uu, mut vv] = [u, v].map(|own| columns.column(own).norm_squared());
+    uu = if uu > LEAST * before[u] { uu } else { 0.0 };
+    vv = if vv > LEAST * before[v] { vv } else { 0.0 };
+    let share = if uu > 0.0 { columns.column(u).dot(&columns.column(v)) / uu } else { 0.0 };
+    let left = vv - share * share * uu;
+    let of = |along: f64, square: f64| if square > 0.0 { along * along / square } else { 0.0 };
+    let second = if left > LEAST * vv { of(along[v] - share * along[u], left) } else { 0.0 };
+    of(along[u], uu) + second
 }
 
 /// The highest peaks of the weighted residual, rad/s.
