@@ -26,8 +26,8 @@ pub(super) struct Frequency {
     pub(super) rotation_slopes: Vec<Vec<f64>>,
 }
 
-/// Predicted frequencies of every row, ascending, before the instrument has its say; `None` if there
-/// is no such robot or an arm would fall over.
+/// Predicted frequencies of every row, ascending, before the instrument has its say; `None` if
+/// there is no such robot or an arm would fall over.
 pub(super) fn predict(
     description: &Description,
     hypothesis: &Hypothesis<'_>,

@@ -54,6 +54,8 @@ fn changes(
     const INSTANT_STEPS: f64 = 0.5;
     /// −ln of the probability that noise alone makes a change, about one in a thousand.
     const FALSE_ALARM: f64 = 7.0;
+    /// How much surer than of anything else it is that the changes of instants sum up to nothing.
+    const TOGETHER: f64 = 1e3;
     let Origin::Sampled { step_s, samples, force: Some(force) } = &block.origin else {
         return None;
     };
@@ -91,6 +93,14 @@ fn changes(
                     normal[(j, i)] += product;
                 }
             }
+        }
+    }
+    // Later or earlier all together they cannot be: that is a delay between force and responses,
+    // which the phases of the modes tell.
+    let together = TOGETHER * normal.diagonal().max();
+    for i in (1..count).step_by(2) {
+        for j in (1..count).step_by(2) {
+            normal[(i, j)] += together;
         }
     }
     let changes = normal.cholesky()?.solve(&right);

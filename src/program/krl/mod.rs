@@ -17,6 +17,7 @@ mod lines;
 mod modules;
 mod moves;
 mod orientation;
+mod pace;
 mod parser;
 mod run;
 mod shares;
