@@ -362,8 +362,8 @@ fn linear_gains(blocks: &[Block], fit: &Fit, poles: &[Pole]) -> Vec<f64> {
     gains
 }
 
-/// How far the two columns of a pole, of which `before` says how long they were, lower the square of
-/// a residual with these products.
+/// How far the two columns of a pole, of which `before` says how long they were, lower the square
+/// of a residual with these products.
 fn gain_of_two([u, v]: [usize; 2], columns: &DMatrix<f64>, before: &[f64], along: &[f64]) -> f64 {
     /// A pole on top of another one adds nothing, nor does a column like the other.
     const LEAST: f64 = 1e-12;

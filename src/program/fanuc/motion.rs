@@ -308,8 +308,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The arm configuration follows from the start of the path: one other than that of the position
-    /// before would turn the arm over.
+    /// The arm configuration follows from the start of the path: one other than that of the
+    /// position before would turn the arm over.
     fn keep_config(&mut self, line: usize, kind: &str, aim: &Aim) -> Result<(), String> {
         let Some(config) = &aim.group.config else {
             let is_pose = !aim.group.parts.contains_key(JOINTS[0]);
