@@ -141,7 +141,7 @@ fn turned_into(
         let own = *q.get(joint)?;
         let moving = robot.joints().get(joint)?;
         let (limit, slides) = (moving.limit, moving.kind == JointKind::Prismatic);
-        let turns = [0.0, 1.0, -1.0, 2.0, -2.0].map(|turns| own + turns * TAU);
+        let whole: &[f64] = if slides { &[0.0] } else { &[0.0, 1.0, -1.0, 2.0, -2.0] };
         let slack = slack(lowest, highest);
         let fits = |at: &f64| {
             let in_limits = limit.is_none_or(|[lower, upper]| (lower..=upper).contains(at));
@@ -149,7 +149,7 @@ fn turned_into(
         };
         // A joint that rounding puts beside an edge makes no whole turn.
         let beyond = |at: &f64| (lowest - at).max(at - highest).max(ROUNDING) - ROUNDING;
-        let fitting = turns.into_iter().take(if slides { 1 } else { 5 }).filter(fits);
+        let fitting = whole.iter().map(|turns| own + turns * TAU).filter(fits);
         let nearest = fitting.min_by(|a, b| beyond(a).total_cmp(&beyond(b)));
         *turned.get_mut(joint)? = nearest?;
     }

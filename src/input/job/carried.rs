@@ -89,7 +89,7 @@ impl<'r> Reader<'r> {
         // Nothing moves to where the path starts.
         let mut cuts = moves.iter().skip(1).filter(|each| {
             let cuts = each.spindle_turns && each.timing == Timing::Feed;
-            cuts && each.stated.load.is_none()
+            cuts && !states(each)
         });
         let (Some(first), Some(file)) = (cuts.next(), file) else { return };
         let place = Place { line: Some(first.line), ..Place::file(file) };

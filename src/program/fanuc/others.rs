@@ -54,6 +54,7 @@ impl Run<'_> {
             self.log.warning(Code::ChangeIgnored, line, what);
         }
         self.chosen_by = [Some(who.clone()), Some(who)];
+        self.config = None;
     }
 
     /// The time of a WAIT with its unit in seconds; `None` where it waits for a condition.

@@ -21,7 +21,14 @@ const READ: [&str; 9] = [
 ];
 
 /// Kinds of signals, as in WaitDI and ISignalDI.
-const SIGNALS: [&str; 6] = ["di", "do", "gi", "go", "ai", "ao"];
+const SIGNALS: [&str; 4] = ["di", "do", "gi", "go"];
+
+fn as_number(value: Value) -> Option<f64> {
+    match value {
+        Value::Bool(truth) => Some(f64::from(u8::from(truth))),
+        other => other.num().ok(),
+    }
+}
 
 /// Names that a call is given as they are.
 pub(super) fn references(args: &Args) -> impl Iterator<Item = &str> {
@@ -58,10 +65,7 @@ impl<'a> Interpreter<'a> {
             "set" => Some(1.0),
             "reset" => Some(0.0),
             "invertdo" => self.outputs.get(name).map(|value| f64::from(u8::from(*value == 0.0))),
-            _ => given.and_then(|value| match value {
-                Value::Bool(truth) => Some(f64::from(u8::from(truth))),
-                other => other.num().ok(),
-            }),
+            _ => given.and_then(as_number),
         };
         match value {
             Some(value) => drop(self.outputs.insert(name.to_owned(), value)),
@@ -85,16 +89,22 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// What a call names may be set by it, but for signals that it waits for or looks after.
-    fn forget_outputs(&mut self, key: &str, args: &Args) {
-        let kind = key.strip_prefix("isignal").or_else(|| key.strip_prefix("wait"));
-        let looks = kind.is_some_and(|kind| SIGNALS.contains(&kind));
-        let signal = args.positional.first().filter(|_| looks);
-        for name in references(args) {
-            let is_signal = matches!(signal, Some(Expr::Ref(path)) if path.name.key == name);
-            if !is_signal {
-                self.forget_name(name);
+    /// What a call names may be set by it, but for a signal that it looks after, or that it waits
+    /// for and that is so anyway.
+    fn forget_outputs(&mut self, key: &str, args: &'a Args) {
+        let of = |start: &str| key.strip_prefix(start).is_some_and(|kind| SIGNALS.contains(&kind));
+        let kept = match args.positional.as_slice() {
+            [Expr::Ref(signal), ..] if of("isignal") => Some(&signal.name.key),
+            [Expr::Ref(signal), awaited, ..] if of("wait") => {
+                let awaited = as_number(self.eval(awaited));
+                let name = &signal.name.key;
+                let is = self.output(name).or_else(|| self.assumed(name)).and_then(as_number);
+                Some(name).filter(|_| is.is_some() && is == awaited)
             }
+            _ => None,
+        };
+        for name in references(args).filter(|name| kept.is_none_or(|kept| kept != name)) {
+            self.forget_name(name);
         }
     }
 
