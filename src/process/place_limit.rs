@@ -1,9 +1,7 @@
 //! The limit of depth at one place, by either method.
 
 use super::tip::{TipMode, TipPlace};
-use crate::stability::{
-    Chart, Cut, Limit, ToolMode, coupling_limit, milling_limit, milling_radius,
-};
+use crate::stability::{Chart, Cut, Limit, ToolMode, coupling_limit, milling_grows, milling_limit};
 
 pub(super) fn modes_of(modes: &[TipMode]) -> Vec<ToolMode> {
     modes.iter().map(|one| one.mode).collect()
@@ -28,7 +26,7 @@ pub(super) fn exact(place: &TipPlace, cut: &Cut) -> Option<Option<Limit>> {
 
 /// Whether a small motion grows at a depth; `None` where that is not found.
 pub(super) fn grows(place: &TipPlace, cut: &Cut, depth_m: f64) -> Option<bool> {
-    milling_radius(&modes_of(&place.modes), cut, place.rpm, depth_m).map(|radius| radius > 1.0)
+    milling_grows(&modes_of(&place.modes), cut, place.rpm, depth_m)
 }
 
 /// A limit's depth; infinite where there is none below 1 m.

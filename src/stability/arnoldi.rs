@@ -2,8 +2,9 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
-/// Steps between two looks at the eigenvalues.
-const LOOK_EVERY: usize = 10;
+/// Steps before the first look at the eigenvalues, and between two looks.
+const FIRST_LOOK: usize = 10;
+const LOOK_EVERY: usize = 5;
 
 /// Most steps: the maps here have a few eigenvalues near the largest and many near zero.
 const MAX_STEPS: usize = 200;
@@ -11,10 +12,27 @@ const MAX_STEPS: usize = 200;
 /// Two looks agree where the largest moduli differ by less than this share.
 const CONVERGED: f64 = 1e-11;
 
+/// Where only the side of 1 is asked for, they may differ by this share of how far that is.
+const OF_MARGIN: f64 = 1e-3;
+
+/// A second pass restores orthogonality where the first takes off all but this share.
+const CANCELLED: f64 = 0.7;
+
 /// Cap of nalgebra's QR iteration, which would not end by itself on some matrices.
 const MAX_QR_STEPS: usize = 10_000;
 
-/// An eigenvalue and its vector.
+/// What is asked for of an eigenvalue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// On which side of 1 its modulus is, and about how far.
+    Side,
+    /// All its digits.
+    Value,
+    /// Its vector, too.
+    Vector,
+}
+
+/// An eigenvalue and its vector, which is empty where it was not asked for.
 #[derive(Debug, Clone)]
 pub(super) struct Dominant {
     pub(super) value: Complex<f64>,
@@ -31,20 +49,27 @@ struct Krylov {
 
 impl Krylov {
     /// One more step; `false` where the space is closed.
-    fn step(&mut self, map: &mut impl FnMut(&DVector<f64>) -> DVector<f64>) -> bool {
+    fn step(&mut self, map: &mut impl FnMut(&[f64], &mut [f64])) -> bool {
         let k = self.basis.len() - 1;
-        let mut next = map(&self.basis[k]);
-        let before = next.norm();
-        // Twice: once loses orthogonality.
+        let mut next = DVector::zeros(self.basis[k].len());
+        map(self.basis[k].as_slice(), next.as_mut_slice());
+        let mut before = next.norm();
+        let first = before;
+        // Twice at most: once may lose orthogonality.
         for _ in 0..2 {
             for (i, vector) in self.basis.iter().enumerate() {
                 let part = vector.dot(&next);
                 self.hessenberg[(i, k)] += part;
                 next.axpy(-part, vector, 1.0);
             }
+            let left = next.norm();
+            if left > CANCELLED * before {
+                break;
+            }
+            before = left;
         }
         let rest = next.norm();
-        if rest.is_nan() || rest <= 1e-14 * before {
+        if rest.is_nan() || rest <= 1e-14 * first {
             return false;
         }
         self.hessenberg[(k + 1, k)] = rest;
@@ -81,12 +106,12 @@ impl Krylov {
     }
 }
 
-/// The eigenvalue of largest modulus of a map of vectors of `size`; `None` where there is none.
-/// `wants_vector` asks for its vector, too, which is empty otherwise.
+/// The eigenvalue of largest modulus of a map of vectors of `size`, which it maps from the first to
+/// the second, full of zeros; `None` where there is none.
 pub(super) fn dominant(
     size: usize,
-    mut map: impl FnMut(&DVector<f64>) -> DVector<f64>,
-    wants_vector: bool,
+    mut map: impl FnMut(&[f64], &mut [f64]),
+    wanted: Wanted,
 ) -> Option<Dominant> {
     // Any start that no symmetry is blind to.
     let start = DVector::from_fn(size, |i, _| 1.0 + 0.7 * (1.3 * i as f64 + 0.4).sin());
@@ -98,21 +123,25 @@ pub(super) fn dominant(
     for k in 1..=most {
         let is_open = krylov.step(&mut map);
         let is_end = !is_open || k == size;
-        if !is_end && k % LOOK_EVERY != 0 && k != most {
+        let is_look = k >= FIRST_LOOK && k % LOOK_EVERY == 0;
+        if !is_end && !is_look && k != most {
             continue;
         }
         let value = krylov.largest(k)?;
+        let modulus = value.norm();
         let agrees = last.is_some_and(|last| {
-            (value.norm() - last).abs() <= CONVERGED * last.max(f64::MIN_POSITIVE)
+            let apart = (modulus - last).abs();
+            let is_clear = wanted == Wanted::Side && apart <= OF_MARGIN * (modulus - 1.0).abs();
+            is_clear || apart <= CONVERGED * last.max(f64::MIN_POSITIVE)
         });
         if is_end || agrees || k == most {
-            let vector = match wants_vector {
-                true => krylov.vector(k, value)?,
-                false => DVector::zeros(0),
+            let vector = match wanted {
+                Wanted::Vector => krylov.vector(k, value)?,
+                Wanted::Side | Wanted::Value => DVector::zeros(0),
             };
             return Some(Dominant { value, is_sure: is_end || agrees, vector });
         }
-        last = Some(value.norm());
+        last = Some(modulus);
     }
     None
 }

@@ -3,7 +3,7 @@
 //! The force is known at the nodes of Gauss and Legendre, and the modes answer the polynomial
 //! through them exactly (Duhamel's integral), however stiff they are.
 
-use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
+use nalgebra::{Matrix2, SMatrix, Vector2};
 
 use super::mode::ToolMode;
 
@@ -13,11 +13,41 @@ pub(super) const NODES: usize = 12;
 /// Points of the quadrature of Duhamel's integral: the kernel times the polynomial.
 const POINTS: usize = 20;
 
+/// Places of the tip in an element: along x and y at all nodes.
+pub(super) const PLACES: usize = 2 * NODES;
+
+/// Forces in an element: along x, y and z at all nodes.
+pub(super) const FORCES: usize = 3 * NODES;
+
 /// Displacement along x and y at all nodes.
-pub(super) type AtNodes = nalgebra::SVector<f64, { 2 * NODES }>;
+pub(super) type AtNodes = [f64; PLACES];
 
 /// Linear from forces along x, y and z at all nodes to displacements there.
-type Answer = SMatrix<f64, { 2 * NODES }, { 3 * NODES }>;
+type Answer = SMatrix<f64, PLACES, FORCES>;
+
+/// Adds a column times a factor.
+#[inline(always)]
+#[allow(
+    clippy::needless_range_loop,
+    reason = "becomes vector instructions, which iterators do not"
+)]
+pub(super) fn add<const N: usize>(sum: &mut [f64; N], column: &[f64; N], by: f64) {
+    for i in 0..N {
+        sum[i] += column[i] * by;
+    }
+}
+
+/// The sum of the products, four side by side.
+#[inline(always)]
+fn dot(a: &[f64; FORCES], b: &[f64; FORCES]) -> f64 {
+    let mut sums = [0.0; 4];
+    for i in 0..FORCES / 4 {
+        for (lane, sum) in sums.iter_mut().enumerate() {
+            *sum += a[4 * i + lane] * b[4 * i + lane];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
 
 /// Nodes and weights of Gauss and Legendre on −1..1.
 fn gauss<const N: usize>() -> [(f64, f64); N] {
@@ -99,12 +129,12 @@ pub(super) fn free(mode: &ToolMode, time_s: f64) -> Matrix2<f64> {
 #[derive(Debug, Clone)]
 pub(super) struct Element {
     pub(super) length_s: f64,
-    /// Per mode, the free motion up to each node: rows of coordinate over state.
-    up_to: Vec<[[f64; 2]; NODES]>,
+    /// The tip at the nodes without force, by component of the modes' states.
+    up_to: Vec<AtNodes>,
     /// Per mode, the free motion up to the end.
-    pub(super) through: Vec<Matrix2<f64>>,
-    /// Per mode, its state at the end for a unit of modal force at each node.
-    gained: Vec<[State; NODES]>,
+    through: Vec<Matrix2<f64>>,
+    /// Per mode and component of its state at the end, what each force adds to it.
+    gained: Vec<[[f64; FORCES]; 2]>,
     pub(super) answer: Answer,
 }
 
@@ -113,9 +143,10 @@ impl Element {
         let mut answer = Answer::zeros();
         let (mut up_to, mut through, mut gained) = (Vec::new(), Vec::new(), Vec::new());
         for mode in modes {
-            up_to.push(nodes.shares.map(|share| {
-                let free = free(mode, share * length_s);
-                [free[(0, 0)], free[(0, 1)]]
+            let direction = mode.motion / mode.motion.norm();
+            let free_at = nodes.shares.map(|share| free(mode, share * length_s));
+            up_to.extend([0, 1].map(|component| -> AtNodes {
+                std::array::from_fn(|i| direction[i % 2] * free_at[i / 2][(0, component)])
             }));
             through.push(free(mode, length_s));
             let scale = mode.motion.norm();
@@ -130,38 +161,30 @@ impl Element {
                     }
                 }
             }
-            gained.push(duhamel(mode, nodes, length_s, 1.0).map(|row| row * scale));
+            let rows = duhamel(mode, nodes, length_s, 1.0);
+            gained.push([0, 1].map(|component| {
+                std::array::from_fn(|i| scale * rows[i / 3][component] * mode.motion[i % 3])
+            }));
         }
         Self { length_s, up_to, through, gained, answer }
     }
 
-    /// The tip at the nodes without force.
-    pub(super) fn free_at_nodes(&self, modes: &[ToolMode], states: &[State]) -> AtNodes {
-        let mut sum = AtNodes::zeros();
-        for ((mode, state), up_to) in modes.iter().zip(states).zip(&self.up_to) {
-            let direction = mode.motion / mode.motion.norm();
-            for (i, [of_place, of_rate]) in up_to.iter().enumerate() {
-                let coordinate = of_place * state[0] + of_rate * state[1];
-                sum[2 * i] += direction[0] * coordinate;
-                sum[2 * i + 1] += direction[1] * coordinate;
-            }
+    /// The tip at the nodes without force; `states` of all modes one behind the other.
+    pub(super) fn free_at_nodes(&self, states: &[f64]) -> AtNodes {
+        let mut sum = [0.0; PLACES];
+        for (column, &state) in self.up_to.iter().zip(states) {
+            add(&mut sum, column, state);
         }
         sum
     }
 
     /// Moves the states to the end under the forces at the nodes.
-    pub(super) fn move_on(
-        &self,
-        modes: &[ToolMode],
-        states: &mut [State],
-        forces: &[Vector3<f64>; NODES],
-    ) {
-        for (r, (mode, state)) in modes.iter().zip(states).enumerate() {
-            let mut end = self.through[r] * *state;
-            for (gained, force) in self.gained[r].iter().zip(forces) {
-                end += gained * mode.motion.dot(force);
-            }
-            *state = end;
+    pub(super) fn move_on(&self, states: &mut [f64], forces: &[f64; FORCES]) {
+        let modes = self.through.iter().zip(&self.gained);
+        for ((through, [of_place, of_rate]), state) in modes.zip(states.chunks_exact_mut(2)) {
+            let end = through * State::new(state[0], state[1]);
+            state[0] = end[0] + dot(of_place, forces);
+            state[1] = end[1] + dot(of_rate, forces);
         }
     }
 }

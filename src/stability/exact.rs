@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
-use super::arnoldi::{Dominant, dominant};
+use super::arnoldi::{Dominant, Wanted, dominant};
 use super::chart::Chart;
 use super::cut::Cut;
 use super::limit::{DEEPEST_M, Kind, Limit};
@@ -50,19 +50,26 @@ impl<'a> Exact<'a> {
         Self { modes, process, elements: Elements::new() }
     }
 
-    fn dominant(&mut self, depth_m: f64, wants_vector: bool) -> Option<Dominant> {
+    fn dominant(&mut self, depth_m: f64, wanted: Wanted) -> Option<Dominant> {
         let period = Period::new(&self.modes, self.process, depth_m, &mut self.elements)?;
-        dominant(period.size(), |vector| period.map(vector), wants_vector)
+        dominant(period.size(), |from, to| period.map(from, to), wanted)
     }
 
     /// The multiplier of largest modulus over one period of the process; `None` where it is not
     /// found.
     pub fn multiplier(&mut self, depth_m: f64) -> Option<Complex<f64>> {
-        self.dominant(depth_m, false).filter(|found| found.is_sure).map(|found| found.value)
+        self.dominant(depth_m, Wanted::Value).filter(|found| found.is_sure).map(|found| found.value)
     }
 
-    fn radius(&mut self, depth_m: f64) -> Option<f64> {
-        self.multiplier(depth_m).map(Complex::norm)
+    /// How far the largest modulus is above 1, its sign for sure.
+    ///
+    /// # Errors
+    /// The depth, where the multiplier is not found.
+    fn growth(&mut self, depth_m: f64) -> Result<f64, f64> {
+        let found = self.dominant(depth_m, Wanted::Side).ok_or(depth_m)?;
+        let radius = found.value.norm();
+        // Far below the limit all multipliers are small and much alike.
+        if found.is_sure || radius < SMALL { Ok(radius - 1.0) } else { Err(depth_m) }
     }
 
     /// The smallest depth from `from_m` on at which the motion grows; `near_m` is the least that is
@@ -72,19 +79,13 @@ impl<'a> Exact<'a> {
     /// The depth at which the multiplier is not found.
     fn limit(&mut self, from_m: f64, near_m: f64) -> Result<Option<Limit>, f64> {
         let mut low = from_m.min(DEEPEST_M);
-        let grows = |depth: f64, this: &mut Self| {
-            let found = this.dominant(depth, false).ok_or(depth)?;
-            let radius = found.value.norm();
-            // Far below the limit all multipliers are small and much alike.
-            if found.is_sure || radius < SMALL { Ok(radius - 1.0) } else { Err(depth) }
-        };
-        let mut off_low = grows(low, self)?;
+        let mut off_low = self.growth(low)?;
         while off_low >= 0.0 {
             low *= 0.25;
             if low < 1e-12 {
                 return Err(low);
             }
-            off_low = grows(low, self)?;
+            off_low = self.growth(low)?;
         }
         let (mut high, mut off_high) = (low, off_low);
         while off_high < 0.0 {
@@ -93,7 +94,7 @@ impl<'a> Exact<'a> {
             }
             (low, off_low) = (high, off_high);
             high = (high * if high < 0.8 * near_m { COARSE } else { FINE }).min(DEEPEST_M);
-            off_high = grows(high, self)?;
+            off_high = self.growth(high)?;
         }
         // The Illinois form of the rule of false position.
         let mut side = 0;
@@ -101,7 +102,7 @@ impl<'a> Exact<'a> {
             let secant = (off_low * high - off_high * low) / (off_low - off_high);
             let margin = 0.25 * DIGITS * high;
             let depth = secant.clamp(low + margin, high - margin);
-            let off = grows(depth, self)?;
+            let off = self.growth(depth)?;
             if off < 0.0 {
                 (low, off_low) = (depth, off);
                 if side == -1 {
@@ -119,7 +120,8 @@ impl<'a> Exact<'a> {
                 break;
             }
         }
-        let found = self.dominant(high, true).filter(|found| found.is_sure).ok_or(high)?;
+        let found =
+            self.dominant(high, Wanted::Vector).filter(|found| found.is_sure).ok_or(high)?;
         Ok(Some(self.told(high, &found)))
     }
 
@@ -169,6 +171,13 @@ pub fn milling_limit(
 /// The spectral radius over one mean tooth period; `None` where it is not found.
 pub fn milling_radius(modes: &[ToolMode], cut: &Cut, rpm: f64, depth_m: f64) -> Option<f64> {
     let milling = Milling::new(cut, rpm);
-    let radius = Exact::new(&cut.in_axes(modes), &milling).radius(depth_m)?;
+    let radius = Exact::new(&cut.in_axes(modes), &milling).multiplier(depth_m)?.norm();
     Some(radius.powf((milling.teeth_per_period() as f64).recip()))
+}
+
+/// Whether a small motion grows at a depth; `None` where that is not found.
+pub fn milling_grows(modes: &[ToolMode], cut: &Cut, rpm: f64, depth_m: f64) -> Option<bool> {
+    let milling = Milling::new(cut, rpm);
+    let growth = Exact::new(&cut.in_axes(modes), &milling).growth(depth_m);
+    growth.ok().map(|growth| growth > 0.0)
 }

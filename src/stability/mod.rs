@@ -46,7 +46,7 @@ mod period;
 
 pub use chart::{Chart, coupling_limit};
 pub use cut::{Cut, is_misled, is_narrow};
-pub use exact::{Exact, milling_limit, milling_radius};
+pub use exact::{Exact, milling_grows, milling_limit, milling_radius};
 pub use limit::{DEEPEST_M, Kind, Limit, LimitOf, Method};
 pub use milling::{Milling, Process, Term};
 pub use mode::{ToolMode, displacement_m, receptance_m_per_n};

@@ -5,9 +5,9 @@
 //! not the period, the place then is interpolated within the element that it lies in. What damps
 //! takes the rate of the tip from the polynomial through its places at the nodes.
 
-use nalgebra::{Const, DVector, LU, Matrix2, Matrix3x2, SMatrix, Vector2, Vector3};
+use nalgebra::{Const, LU, Matrix2, Matrix3x2, SMatrix, Vector2};
 
-use super::element::{AtNodes, Element, NODES, Nodes, State, free};
+use super::element::{AtNodes, Element, FORCES, NODES, Nodes, PLACES, State, add, free};
 use super::milling::{Process, Term};
 use super::mode::ToolMode;
 
@@ -21,10 +21,49 @@ const MAX_ELEMENTS: usize = 500;
 /// Corners nearer than this share of the period are one.
 const ONE: f64 = 1e-10;
 
-/// Cells of the map of one element.
-const SIZE: usize = 2 * NODES;
+/// The triangles of L·U, columns by columns, zeros beside them so that all are of one length.
+#[derive(Debug, Clone)]
+struct Factor {
+    /// Row of the given vector that comes to each place.
+    from: [usize; PLACES],
+    lower: [[f64; PLACES]; PLACES],
+    upper: [[f64; PLACES]; PLACES],
+    /// 1 over the diagonal of U.
+    over: [f64; PLACES],
+}
 
-type Factor = LU<f64, Const<SIZE>, Const<SIZE>>;
+impl Factor {
+    /// `None` of a singular matrix.
+    fn new(matrix: SMatrix<f64, PLACES, PLACES>) -> Option<Self> {
+        let factor: LU<f64, Const<PLACES>, Const<PLACES>> = matrix.lu();
+        if !factor.is_invertible() {
+            return None;
+        }
+        let mut from = SMatrix::<usize, PLACES, 1>::from_fn(|i, _| i);
+        factor.p().permute_rows(&mut from);
+        let both = factor.lu_internal();
+        Some(Self {
+            from: from.data.0[0],
+            lower: both.map_with_location(|i, j, x| if i > j { x } else { 0.0 }).data.0,
+            upper: both.map_with_location(|i, j, x| if i < j { x } else { 0.0 }).data.0,
+            over: std::array::from_fn(|i| both[(i, i)].recip()),
+        })
+    }
+
+    fn solve(&self, right: &AtNodes) -> AtNodes {
+        let mut left = self.from.map(|row| right[row]);
+        for (j, column) in self.lower.iter().enumerate() {
+            let x = -left[j];
+            add(&mut left, column, x);
+        }
+        for (j, column) in self.upper.iter().enumerate().rev() {
+            left[j] *= self.over[j];
+            let x = -left[j];
+            add(&mut left, column, x);
+        }
+        left
+    }
+}
 
 /// Where the tip was a delay ago.
 #[derive(Debug, Clone)]
@@ -84,7 +123,7 @@ impl Elements {
 /// The map of one period at one depth.
 #[derive(Debug)]
 pub(super) struct Period<'a> {
-    modes: &'a [ToolMode],
+    modes: usize,
     elements: &'a Elements,
     stretches: Vec<Stretch>,
     slots: usize,
@@ -199,7 +238,7 @@ impl<'a> Period<'a> {
                 }
             }
             let answer = &elements.all.get(element)?.answer;
-            let mut map = SMatrix::<f64, SIZE, SIZE>::identity();
+            let mut map = SMatrix::<f64, PLACES, PLACES>::identity();
             for (node, now) in now.iter().enumerate() {
                 let of_node = answer.fixed_columns::<3>(3 * node) * now;
                 let mut columns = map.fixed_columns_mut::<2>(2 * node);
@@ -212,10 +251,7 @@ impl<'a> Period<'a> {
                     columns -= of_node * *slope;
                 }
             }
-            let factor = map.lu();
-            if !factor.is_invertible() {
-                return None;
-            }
+            let factor = Factor::new(map)?;
             stretches.push(Stretch::Cutting(Box::new(Cutting {
                 slot,
                 element,
@@ -225,73 +261,71 @@ impl<'a> Period<'a> {
                 factor,
             })));
         }
-        Some(Self { modes, elements, stretches, slots })
+        Some(Self { modes: modes.len(), elements, stretches, slots })
     }
 
     /// Length of the vectors that it maps.
     pub(super) fn size(&self) -> usize {
-        2 * self.modes.len() + SIZE * self.slots
+        2 * self.modes + PLACES * self.slots
     }
 
-    /// One period on.
-    pub(super) fn map(&self, from: &DVector<f64>) -> DVector<f64> {
-        let of_states = 2 * self.modes.len();
-        let mut to = DVector::zeros(from.len());
-        let mut states: Vec<State> =
-            (0..self.modes.len()).map(|r| Vector2::new(from[2 * r], from[2 * r + 1])).collect();
+    /// One period on, from one vector to another.
+    pub(super) fn map(&self, from: &[f64], to: &mut [f64]) {
+        let of_states = 2 * self.modes;
+        let mut states = from[..of_states].to_vec();
         for stretch in &self.stretches {
             let cutting = match stretch {
                 Stretch::Free(through) => {
-                    for (state, through) in states.iter_mut().zip(through) {
-                        *state = through * *state;
+                    for (state, through) in states.chunks_exact_mut(2).zip(through) {
+                        let end = through * State::new(state[0], state[1]);
+                        state.copy_from_slice(end.as_slice());
                     }
                     continue;
                 }
                 Stretch::Cutting(cutting) => cutting,
             };
             let Some(element) = self.elements.all.get(cutting.element) else { continue };
-            let mut forces = [Vector3::zeros(); NODES];
+            let mut forces = [0.0; FORCES];
             for force in &cutting.before {
-                let place = |slot: usize, node: usize, all: &DVector<f64>| {
-                    let at = of_states + SIZE * slot + 2 * node;
+                let place = |slot: usize, node: usize, all: &[f64]| {
+                    let at = of_states + PLACES * slot + 2 * node;
                     Vector2::new(all[at], all[at + 1])
                 };
                 let was = match &force.source {
                     Source::Same => place(cutting.slot, force.node, from),
                     Source::Within { slot, is_before, weights } => {
-                        let all = if *is_before { from } else { &to };
+                        let all = if *is_before { from } else { &*to };
                         let parts = weights.iter().enumerate();
                         parts.map(|(node, weight)| place(*slot, node, all) * *weight).sum()
                     }
                 };
-                forces[force.node] -= force.before * was;
+                press(&mut forces, force.node, &-force.before, was);
             }
-            let mut tip: AtNodes = element.free_at_nodes(self.modes, &states);
-            for (node, force) in forces.iter().enumerate() {
-                tip += element.answer.fixed_columns::<3>(3 * node) * force;
+            let mut tip: AtNodes = element.free_at_nodes(&states);
+            for (column, &force) in element.answer.data.0.iter().zip(&forces) {
+                add(&mut tip, column, force);
             }
-            cutting.factor.solve_mut(&mut tip);
-            for (node, force) in forces.iter_mut().enumerate() {
-                *force += cutting.now[node] * Vector2::new(tip[2 * node], tip[2 * node + 1]);
+            let tip = cutting.factor.solve(&tip);
+            let at = |node: usize| Vector2::new(tip[2 * node], tip[2 * node + 1]);
+            for (node, now) in cutting.now.iter().enumerate() {
+                press(&mut forces, node, now, at(node));
             }
-            for ((force, rate), slopes) in forces
-                .iter_mut()
-                .zip(cutting.rate.iter().flatten())
-                .zip(&self.elements.nodes.slopes)
-            {
-                let moved = slopes.iter().enumerate();
-                let moved: Vector2<f64> = moved
-                    .map(|(other, slope)| Vector2::new(tip[2 * other], tip[2 * other + 1]) * *slope)
-                    .sum();
-                *force += rate * moved / element.length_s;
+            let slopes = &self.elements.nodes.slopes;
+            for (node, rate) in cutting.rate.iter().flatten().enumerate() {
+                let moved: Vector2<f64> =
+                    slopes[node].iter().enumerate().map(|(other, slope)| at(other) * *slope).sum();
+                press(&mut forces, node, rate, moved / element.length_s);
             }
-            element.move_on(self.modes, &mut states, &forces);
-            to.rows_mut(of_states + SIZE * cutting.slot, SIZE).copy_from(&tip);
+            element.move_on(&mut states, &forces);
+            to[of_states + PLACES * cutting.slot..][..PLACES].copy_from_slice(&tip);
         }
-        for (r, state) in states.iter().enumerate() {
-            to[2 * r] = state[0];
-            to[2 * r + 1] = state[1];
-        }
-        to
+        to[..of_states].copy_from_slice(&states);
+    }
+}
+
+/// Adds the force at a node that a motion there makes.
+fn press(forces: &mut [f64; FORCES], node: usize, by: &Matrix3x2<f64>, moved: Vector2<f64>) {
+    for (force, of_moved) in forces[3 * node..].iter_mut().zip((by * moved).iter()) {
+        *force += of_moved;
     }
 }
