@@ -19,8 +19,10 @@ use crate::statistics::upper_median;
 /// b and its derivative by λ, with s = λ − iω, over stretches of `length_s`.
 pub(super) fn response(s: C64, length_s: f64) -> (C64, C64) {
     let turn = C64::new(0.0, TAU / length_s);
-    let [ramp, ramp_up, ramp_down] = [s, s + turn, s - turn].map(|s| ramp(s, length_s));
-    let [up, down] = [s + turn, s - turn].map(|s| constant(s, length_s));
+    // A whole turn leaves it as it is.
+    let e = (s * length_s).exp();
+    let [(_, ramp), (up, ramp_up), (down, ramp_down)] =
+        [s, s + turn, s - turn].map(|s| integrals(s, e, length_s));
     let sine = C64::new(0.0, -0.25 / PI);
     let sum = |part: fn((C64, C64)) -> C64| {
         part(ramp) * (2.0 / 3.0)
@@ -30,29 +32,22 @@ pub(super) fn response(s: C64, length_s: f64) -> (C64, C64) {
     (sum(|own| own.0), sum(|own| own.1))
 }
 
-/// ∫ e^{st} dt over 0 … T, and its derivative by s.
-fn constant(s: C64, length_s: f64) -> (C64, C64) {
+/// ∫ e^{st} dt and ∫ (1 − t/T) e^{st} dt over 0 … T with e = e^{sT}, each with its derivative by s.
+fn integrals(s: C64, e: C64, length_s: f64) -> ((C64, C64), (C64, C64)) {
     let x = s * length_s;
-    if x.norm() < NEAR {
+    if x.norm_sqr() < NEAR * NEAR {
         let value = 1.0 + x * (0.5 + x * (1.0 / 6.0 + x / 24.0));
         let slope = 0.5 + x * (1.0 / 3.0 + x * (0.125 + x / 30.0));
-        return (value * length_s, slope * length_s.powi(2));
+        let ramp = 0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x / 120.0));
+        let ramp_slope = 1.0 / 6.0 + x * (1.0 / 12.0 + x * (0.025 + x / 180.0));
+        let [first, second] = [length_s, length_s.powi(2)];
+        return ((value * first, slope * second), (ramp * first, ramp_slope * second));
     }
-    let e = x.exp();
-    ((e - 1.0) / s, (e * length_s - (e - 1.0) / s) / s)
-}
-
-/// ∫ (1 − t/T) e^{st} dt over 0 … T, and its derivative by s.
-fn ramp(s: C64, length_s: f64) -> (C64, C64) {
-    let x = s * length_s;
-    if x.norm() < NEAR {
-        let value = 0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x / 120.0));
-        let slope = 1.0 / 6.0 + x * (1.0 / 12.0 + x * (0.025 + x / 180.0));
-        return (value * length_s, slope * length_s.powi(2));
-    }
-    let e = x.exp();
-    let whole = (e - 1.0) / (s * length_s);
-    ((whole - 1.0) / s, (1.0 + e - whole * 2.0) / (s * s))
+    let over = s.inv();
+    let value = (e - 1.0) * over;
+    let whole = value / length_s;
+    let constant = (value, (e * length_s - value) * over);
+    (constant, ((whole - 1.0) * over, (1.0 + e - whole * 2.0) * over * over))
 }
 
 /// Below it the series are exact to 1e-10.

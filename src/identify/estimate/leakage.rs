@@ -84,13 +84,15 @@ pub(super) fn under_window(blocks: &[Block], fit: &Fit) -> Option<Scatter> {
         let own = &ahead[0];
         for (d, other) in ahead.iter().enumerate().filter(|(_, other)| other.leaks() && own.leaks())
         {
+            let between = Between::new(&window, own, other);
             for (at, band) in leaks.iter_mut().enumerate() {
-                band.0[k][d] =
-                    window.product([own, other], [&own.by_response[at], &other.by_response[at]]);
+                let [a, b] = [&own.by_response[at], &other.by_response[at]];
+                band.0[k][d] = between.product(&between.own(a), &between.other(b));
             }
+            let owns: Vec<_> = own.by_parameter.iter().map(|a| between.own(a)).collect();
+            let others: Vec<_> = other.by_parameter.iter().map(|b| between.other(b)).collect();
             of_leakage.move_by(d == 0, |p, q| {
-                let by = [&own.by_parameter[p], &other.by_parameter[q]];
-                let (proper, improper) = window.product([own, other], by);
+                let (proper, improper) = between.product(&owns[p], &others[q]);
                 0.5 * (proper + improper).re
             });
         }
@@ -453,18 +455,48 @@ impl<'b> Window<'b> {
         let apart = (self.omega[l] - self.omega[k]).abs() * self.length_s / TAU;
         FORCE.get(apart.round() as usize).copied().unwrap_or(0.0)
     }
+}
 
-    /// E(e_k e_l*) and E(e_k e_l) of what leaks, `own` and `other`, on two lines over one stretch:
-    /// with itself, and with those before and after it.
-    fn product(&self, lines: [&Line; 2], [own, other]: [&Pair; 2]) -> (C64, C64) {
-        let [w_k, w_l] = lines.map(|line| &line.window);
+/// Two lines over one stretch: with itself, and with those before and after it.
+struct Between<'l> {
+    windows: [&'l Pair; 2],
+    /// Of the windows of both lines.
+    met: [C64; 3],
+    /// ∫ w² dt.
+    power: f64,
+}
+
+/// What leaks on one of two lines, and how it meets the window of the other.
+struct Toward<'l> {
+    leak: &'l Pair,
+    met: [C64; 3],
+}
+
+impl<'l> Between<'l> {
+    /// Stretches that meet.
+    const STRETCHES: [[usize; 2]; 3] = [[0, 0], [0, 1], [1, 0]];
+
+    fn new(window: &Window<'_>, own: &'l Line, other: &'l Line) -> Self {
+        let windows = [&own.window, &other.window];
+        let met = Self::STRETCHES.map(|[a, b]| windows[1].meet(b, windows[0], a));
+        Self { windows, met, power: 0.375 * window.length_s }
+    }
+
+    fn own(&self, leak: &'l Pair) -> Toward<'l> {
+        Toward { leak, met: Self::STRETCHES.map(|[a, b]| leak.meet(a, self.windows[1], b)) }
+    }
+
+    fn other(&self, leak: &'l Pair) -> Toward<'l> {
+        Toward { leak, met: Self::STRETCHES.map(|[a, b]| leak.meet(b, self.windows[0], a)) }
+    }
+
+    /// E(e_k e_l*) and E(e_k e_l) of what leaks.
+    fn product(&self, own: &Toward<'_>, other: &Toward<'_>) -> (C64, C64) {
         let (mut proper, mut improper) = (C64::default(), C64::default());
-        for [a, b] in [[0, 0], [0, 1], [1, 0]] {
-            proper += own.meet(a, other, b) * w_l.meet(b, w_k, a);
-            improper += own.meet(a, w_l, b) * other.meet(b, w_k, a);
+        for (i, [a, b]) in Self::STRETCHES.into_iter().enumerate() {
+            proper += own.leak.meet(a, other.leak, b) * self.met[i];
+            improper += own.met[i] * other.met[i];
         }
-        // ∫ w² dt.
-        let power = 0.375 * self.length_s;
-        (proper / power.powi(2), improper / power.powi(2))
+        (proper / self.power.powi(2), improper / self.power.powi(2))
     }
 }
