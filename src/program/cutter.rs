@@ -139,6 +139,7 @@ impl<'a> Cutter<'a> {
 
     pub(super) fn line_to(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
         self.tell_turning(line, pace);
+        self.tell_start(line, pace);
         let pose = self.pose(to);
         self.log.motion(line, Target::Line(pose), self.tcp, pace);
         self.heading = self.place().and_then(|from| (to - from).try_normalize(1e-9));
@@ -326,6 +327,21 @@ impl<'a> Cutter<'a> {
         }
     }
 
+    /// A cut that completes the place is not on the path, which begins at its end. Where nothing
+    /// was known before, that is where the program starts.
+    fn tell_start(&mut self, line: usize, pace: Pace) {
+        let is_partly_known = self.at.iter().any(Option::is_some) && self.place().is_none();
+        if pace == Pace::Rapid || !is_partly_known || self.is_on == Some(false) {
+            return;
+        }
+        let what = format!(
+            "a move at feed from where {} not known: what it cuts on the way is not checked; state \
+             X, Y and Z by rapid moves before",
+            self.unknown_axes()
+        );
+        self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
     /// Whether another tool than one of this number is in the spindle, as far as it is known.
     pub(super) fn has_other_than(&self, number: f64) -> bool {
         match self.loaded.filter(|_| self.has_number) {
@@ -411,14 +427,17 @@ impl<'a> Cutter<'a> {
 
     /// A move at feed while the place is not known is cutting that would be lost.
     pub(super) fn unknown(&self) -> String {
+        let unknown = self.unknown_axes();
+        format!("a move at feed while {unknown} not known; state X, Y and Z by rapid moves before")
+    }
+
+    /// `X and Y are`.
+    fn unknown_axes(&self) -> String {
         let axes = ["X", "Y", "Z"].into_iter().zip(self.at);
         let unknown: Vec<&str> =
             axes.filter(|(_, at)| at.is_none()).map(|(axis, _)| axis).collect();
-        format!(
-            "a move at feed while {} {} not known; state X, Y and Z by rapid moves before",
-            unknown.join(" and "),
-            if unknown.len() == 1 { "is" } else { "are" }
-        )
+        let are = if unknown.len() == 1 { "is" } else { "are" };
+        format!("{} {are}", unknown.join(" and "))
     }
 
     /// What a program may carry beside the motion, told once.

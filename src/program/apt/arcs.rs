@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Unit, Vector3};
 
 use super::lexer::{Statement, Word, is};
-use super::{Reader, name, number, unit};
+use super::{Reader, SAME_AXIS, name, number, unit};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Arc;
@@ -23,6 +23,48 @@ pub(super) struct Open {
     /// How far it turns, rad, either way round.
     angle: Option<f64>,
 }
+
+/// An arc that has just ended in a GOTO at feed: further ones may be points on it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ended {
+    centre: Vector3<f64>,
+    axis: Unit<Vector3<f64>>,
+    /// How far it has turned, rad.
+    swept: f64,
+    /// Whether it ends in a point behind its first.
+    goes_on: bool,
+}
+
+impl Ended {
+    fn radius(&self, at: Vector3<f64>) -> f64 {
+        let off = at - self.centre;
+        (off - self.axis.into_inner() * off.dot(&self.axis)).norm()
+    }
+
+    /// Whether the circle leads from one point to another.
+    fn may_lead(&self, from: Vector3<f64>, to: Vector3<f64>) -> bool {
+        (to - from).norm() > SAME_POINT_MM
+            && (to - from).dot(&self.axis).abs() <= ON_CIRCLE_MM
+            && (self.radius(to) - self.radius(from)).abs() <= ON_CIRCLE_MM
+    }
+}
+
+/// How many points the program gives of an arc.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Points {
+    /// Arcs that have one alone, and those that have more.
+    single: usize,
+    several: usize,
+    /// The first line of a further one that is no matter of tolerance.
+    further: Option<usize>,
+}
+
+/// A point that lies on the circle of the arc before it is this near to it, mm: no more than an arc
+/// may end off its circle.
+const ON_CIRCLE_MM: f64 = 0.005;
+
+/// Between points on an arc by tolerance the line and the arc are one up to this, mm.
+const SAGITTA_MM: f64 = 0.05;
 
 /// Angles of MOVARC have a few digits, rad.
 const ANGLE_TOLERANCE: f64 = 0.02;
@@ -136,7 +178,71 @@ impl Reader<'_> {
             Some(axis) => self.senses.shown_by_angle(axis == arc.axis),
             None => self.senses.arc((arc.line, arc.is_of_nx), [from, to, arc.centre], arc.axis),
         }
-        self.arc_to(line, [from, to], arc.centre, (axis.unwrap_or(arc.axis), arc.more_turns))
+        let axis = axis.unwrap_or(arc.axis);
+        // One that NX writes, or whose angle is given, ends there.
+        let is_whole = arc.is_of_nx || arc.angle.is_some() || arc.more_turns > 0;
+        let is_flat = (to - from).dot(&axis).abs() <= ON_CIRCLE_MM;
+        let may_go_on = !is_whole && is_flat && !self.rapid;
+        self.arc_to(line, [from, to], arc.centre, (axis, arc.more_turns))?;
+        let swept = swept([from, to, arc.centre], axis);
+        let ended = Ended { centre: arc.centre, axis, swept, goes_on: false };
+        self.arc_before = may_go_on.then_some(ended);
+        Ok(())
+    }
+
+    /// Creo may write several points of an arc behind CIRCLE, the last its end. Others end it in
+    /// the first: there a further point on the circle is a doubt where the way to it is another.
+    pub(super) fn goes_on_along_arc(
+        &mut self,
+        line: usize,
+        to: Vector3<f64>,
+        axis_before: Unit<Vector3<f64>>,
+    ) -> Result<bool, String> {
+        let (Some(arc), Some(from)) = (self.arc_before, self.at) else { return Ok(false) };
+        let turned = swept([from, to, arc.centre], arc.axis);
+        let is_on = self.axis.angle(&axis_before) <= SAME_AXIS
+            && arc.may_lead(from, to)
+            && arc.swept + turned <= TAU + SAME_ANGLE;
+        if !is_on {
+            self.leave_arc();
+            return Ok(false);
+        }
+        self.arc_before = Some(Ended { swept: arc.swept + turned, goes_on: true, ..arc });
+        let is_apart = arc.radius(from) * (1.0 - (turned / 2.0).cos()) > SAGITTA_MM;
+        if self.is_creo {
+            if is_apart {
+                self.arc_points.further.get_or_insert(line);
+            }
+            self.senses.arc_goes_on(to, arc.centre, arc.axis);
+            self.arc_to(line, [from, to], arc.centre, (arc.axis, 0))?;
+        } else if is_apart {
+            let what = "GOTO right behind an arc lies on the same circle, and is read as a line: \
+                        some systems write several points of an arc, the last its end";
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+        }
+        Ok(self.is_creo)
+    }
+
+    /// What follows is no point on the arc before it.
+    pub(super) fn leave_arc(&mut self) {
+        match self.arc_before.take() {
+            Some(arc) if arc.goes_on => self.arc_points.several += 1,
+            Some(_) => self.arc_points.single += 1,
+            None => {}
+        }
+    }
+
+    /// At the end of the program: Creo gives each arc as many points, or as many as its tolerance
+    /// asks for. A single one with a further point may be a D.
+    pub(super) fn settle_points(&mut self) {
+        self.leave_arc();
+        let Points { single, several, further } = self.arc_points;
+        if let Some(line) = further.filter(|_| single > 0 || several < 2) {
+            let what = "GOTO right behind an arc lies on the same circle, and is read as a further \
+                        point on the arc, as Creo may write it: no other arc shows that it is, or \
+                        others have one point alone, so that it may be a line";
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+        }
     }
 
     /// An arc that nothing ends is motion that is lost.
@@ -206,24 +312,31 @@ impl Reader<'_> {
     }
 }
 
+/// How far an arc turns counterclockwise about an axis, rad: by a full turn where it ends where it
+/// starts.
+fn swept([from, to, centre]: [Vector3<f64>; 3], axis: Unit<Vector3<f64>>) -> f64 {
+    if (to - from).norm() <= SAME_POINT_MM {
+        return TAU;
+    }
+    let (start, end) = (from - centre, to - centre);
+    let cos = start.dot(&end) - axis.dot(&start) * axis.dot(&end);
+    axis.dot(&start.cross(&end)).atan2(cos).rem_euclid(TAU)
+}
+
 /// The axis about which an arc turns counterclockwise by an angle, rad: the given one, or against
 /// it; `None` where both do, as of half and whole turns.
 fn turned_by(
     angle: f64,
-    [from, to, centre]: [Vector3<f64>; 3],
+    points: [Vector3<f64>; 3],
     axis: Unit<Vector3<f64>>,
 ) -> Result<Option<Unit<Vector3<f64>>>, String> {
-    let (start, end) = (from - centre, to - centre);
-    let across = axis.dot(&start.cross(&end));
-    let turned = across.atan2(start.dot(&end) - axis.dot(&start) * axis.dot(&end));
-    let is_whole = (to - from).norm() <= SAME_POINT_MM;
-    let sweep = |turned: f64| if is_whole { TAU } else { turned.rem_euclid(TAU) };
-    let [off, off_against] = [turned, -turned].map(|turned| (angle - sweep(turned)).abs());
+    let ways = [axis, -axis].map(|axis| swept(points, axis));
+    let [off, off_against] = ways.map(|way| (angle - way).abs());
     if off.min(off_against) > ANGLE_TOLERANCE {
         return Err(format!(
             "the angle is {:.2}°, and its points are {:.2}° apart",
             deg_from_rad(angle),
-            deg_from_rad(sweep(turned))
+            deg_from_rad(ways[0])
         ));
     }
     let is_open = (off - off_against).abs() < SAME_ANGLE;

@@ -1,9 +1,9 @@
 //! Drilling cycles of APT in the dialects of the CAM systems.
 
-use nalgebra::Vector3;
+use nalgebra::{Unit, Vector3};
 
 use super::lexer::{self, Word};
-use super::{Reader, name, number};
+use super::{Reader, SAME_AXIS, name, number};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::cutter::{Feed, FeedKind, Hole};
@@ -16,6 +16,9 @@ pub(super) struct Cycle {
     depth: f64,
     clear: f64,
     retract: f64,
+    /// Creo's retract plane, to which the tool goes back: its axis, and how far along it from the
+    /// origin it lies.
+    plane: Option<(Unit<Vector3<f64>>, f64)>,
     feed: Option<Feed>,
     /// Bores, reams and taps are left at the feed.
     out_at_feed: bool,
@@ -28,6 +31,13 @@ pub(super) struct Cycle {
 
 /// A feed in a turn beyond this is a feed a minute, or something else.
 const MAX_PER_REVOLUTION_MM: f64 = 5.0;
+
+/// Heights that differ by no more are one.
+const SAME_HEIGHT_MM: f64 = 1e-6;
+
+const BEHIND_UNIT: &str = "behind the unit of the feed stands the clearance alone, or in a file \
+     with Creo's header the clearance and the step of a deep hole; write DEPTH, CLEAR, STEP and \
+     the unit before the feed";
 
 /// Kinds of cycles, and whether the tool is left at the feed.
 fn kind(name: &str) -> Option<bool> {
@@ -61,6 +71,7 @@ impl Reader<'_> {
         line: usize,
         minor: &[Word<'_>],
     ) -> Result<(), String> {
+        self.is_rapid_in_cycle = false;
         self.ended_cycle = self.cycle.take().or(self.ended_cycle);
         let before = self.ended_cycle;
         let first = minor.first().and_then(name).map(str::to_ascii_uppercase);
@@ -84,6 +95,7 @@ impl Reader<'_> {
             depth: f64::NAN,
             clear: 0.0,
             retract: 0.0,
+            plane: None,
             feed: None,
             out_at_feed,
             is_tap: matches!(first.as_str(), "TAP" | "RTAP"),
@@ -117,7 +129,8 @@ impl Reader<'_> {
         self.cycle = Some(cycle);
     }
 
-    /// CATIA: depth, feed and clearance, then the unit of the feed.
+    /// CATIA: depth, feed and clearance, then the unit of the feed. Creo's fixed format: depth,
+    /// feed, unit, clearance and, of a deep hole, the step.
     fn positional(
         &mut self,
         line: usize,
@@ -150,7 +163,17 @@ impl Reader<'_> {
             [clear] if count == 2 && number(clear).is_some() => {
                 numbers.into_iter().chain(number(clear)).collect()
             }
-            _ => return Err("behind the numbers stands the unit of the feed alone".to_owned()),
+            [Word::Number(clear, span), Word::Number(step, _)]
+                if count == 2 && is_deep && self.is_creo =>
+            {
+                cycle.pecks = [Some(self.mm(step.abs())).filter(|step| *step > 0.0); 2];
+                let what = "CYCLE: the first number behind the unit of the feed is taken as the \
+                            height over the point at which the feed begins: Creo's fixed format \
+                            does not say from where it counts; write CLEAR and STEP";
+                self.cutter.log.warning(Code::UnitAssumed, line, what);
+                numbers.into_iter().chain([(*clear, *span)]).collect()
+            }
+            _ => return Err(BEHIND_UNIT.to_owned()),
         };
         let (depth, feed, clear) = match *numbers.as_slice() {
             [(depth, _)] => (depth, None, 0.0),
@@ -235,6 +258,7 @@ impl Reader<'_> {
         is_deep: bool,
     ) -> Result<bool, String> {
         let (mut rest, mut is_deep) = (rest, is_deep);
+        let (mut clear, mut rapto) = (None, None);
         // The words that only say how the depth is reached: the places passed are the same.
         while let [Word::Name(word), tail @ ..] = rest
             && matches!(
@@ -258,9 +282,15 @@ impl Reader<'_> {
             };
             match (key.as_str(), value) {
                 ("DEPTH" | "FEDTO", Some((value, _))) => cycle.depth = self.mm(value.abs()),
-                ("CLEAR" | "RAPTO", Some((value, _))) => cycle.clear = self.mm(value),
+                ("CLEAR" | "RAPTO", Some((value, _))) => {
+                    cycle.clear = self.mm(value);
+                    let own = if key == "CLEAR" { &mut clear } else { &mut rapto };
+                    *own = Some(cycle.clear);
+                }
+                ("RETURN", Some((0.0, _))) => self.return_to_plane(line, cycle),
                 ("RTRCTO" | "RETURN" | "RETRCT", Some((value, _))) => {
                     cycle.retract = self.mm(value);
+                    cycle.plane = None;
                 }
                 (
                     unit @ ("MMPM" | "IPM" | "MMPR" | "IPR" | "PERMIN" | "PERREV"),
@@ -304,9 +334,78 @@ impl Reader<'_> {
             rest = tail;
         }
         if rest.is_empty() {
+            self.clearance(line, cycle, clear, rapto)?;
             return Ok(is_deep);
         }
         Err("numbers without keywords: write DEPTH, CLEAR and the unit before the feed".to_owned())
+    }
+
+    /// In Creo RAPTO counts from CLEAR down.
+    fn clearance(
+        &mut self,
+        line: usize,
+        cycle: &mut Cycle,
+        clear: Option<f64>,
+        rapto: Option<f64>,
+    ) -> Result<(), String> {
+        let what = match (clear, rapto) {
+            (Some(clear), Some(rapto)) if self.is_creo => {
+                cycle.clear = clear - rapto;
+                // Without RETURN the tool goes back to CLEAR.
+                cycle.retract = cycle.retract.max(clear);
+                if cycle.clear <= -cycle.depth {
+                    return Err("RAPTO, which counts from CLEAR, leads to the bottom".to_owned());
+                }
+                if cycle.clear >= 0.0 {
+                    return Ok(());
+                }
+                "CYCLE: RAPTO, which counts from CLEAR, leads to below the point of the hole: the \
+                 way there is read as rapid"
+            }
+            (Some(_), Some(_)) => {
+                "CYCLE: of CLEAR and RAPTO the last is taken as the height over the point at \
+                 which the feed begins; in Creo's files RAPTO counts from CLEAR, and nothing says \
+                 that this is one"
+            }
+            (None, Some(_)) if self.is_creo => {
+                "CYCLE: RAPTO without CLEAR is taken as the height over the point at which the \
+                 feed begins; Creo counts it from CLEAR"
+            }
+            _ => return Ok(()),
+        };
+        self.cutter.log.warning(Code::UnitAssumed, line, what);
+        Ok(())
+    }
+
+    /// `RETURN,0` of Creo: back to the retract plane, from which the tool has come.
+    fn return_to_plane(&mut self, line: usize, cycle: &mut Cycle) {
+        cycle.retract = 0.0;
+        cycle.plane = match (self.is_creo, self.is_behind_cycle) {
+            (false, _) => None,
+            (true, true) => self.ended_cycle.and_then(|before| before.plane),
+            (true, false) => self.at.map(|at| (self.axis, at.dot(&self.axis))),
+        };
+        if cycle.plane.is_none() {
+            self.tell_no_plane(line);
+        }
+    }
+
+    fn tell_no_plane(&mut self, line: usize) {
+        let what = "CYCLE: RETURN,0 is read as back to the clearance; Creo goes back to the \
+                    retract plane, which nothing here shows";
+        self.cutter.log.warning(Code::ChangeIgnored, line, what);
+    }
+
+    /// How far over a hole the tool is left.
+    fn retract(&mut self, line: usize, to: Vector3<f64>, cycle: &Cycle) -> f64 {
+        let least = cycle.retract.max(cycle.clear);
+        let Some((axis, plane)) = cycle.plane else { return least };
+        let height = plane - to.dot(&axis);
+        if self.axis.angle(&axis) <= SAME_AXIS && height >= least - SAME_HEIGHT_MM {
+            return height.max(least);
+        }
+        self.tell_no_plane(line);
+        least
     }
 
     fn tell_step(&mut self, line: usize) {
@@ -333,6 +432,12 @@ impl Reader<'_> {
         let feed = self.cutter.pace_of(feed)?;
         let out = if cycle.out_at_feed { feed } else { Pace::Rapid };
         self.rapid = false;
+        if std::mem::take(&mut self.is_rapid_in_cycle) {
+            let what = "RAPID stands before a point of a cycle that is on, which is read as a \
+                        hole: some posts only go there";
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+        }
+        let retract = self.retract(line, to, &cycle);
         let frame = self.systems.start();
         let axis = frame.axis(self.axis);
         let is_turned = self.cutter.axis != axis;
@@ -343,7 +448,7 @@ impl Reader<'_> {
             depths: cycle.depths(),
             over_peck: 0.0,
             lifts: Vec::new(),
-            retract: cycle.retract.max(cycle.clear),
+            retract,
             feed,
             out,
             lift: out,

@@ -120,6 +120,8 @@ pub(super) struct Lexer<'t> {
     first_system: Option<Vec<f64>>,
     /// The line of one that is not the first again.
     pub(super) other_system: Option<usize>,
+    /// Whether Creo's header, `$$* Pro/CLfile Version …`, stands before what is read.
+    pub(super) is_creo: bool,
 }
 
 impl<'t> Lexer<'t> {
@@ -133,6 +135,7 @@ impl<'t> Lexer<'t> {
             system: None,
             first_system: None,
             other_system: None,
+            is_creo: false,
         }
     }
 
@@ -163,6 +166,7 @@ impl<'t> Lexer<'t> {
                 continue;
             }
             if trimmed.starts_with("$$") {
+                self.is_creo |= is_header_of_creo(trimmed);
                 self.row(trimmed);
             }
             let continued = tokens(whole, start, statement);
@@ -224,6 +228,12 @@ impl<'t> Lexer<'t> {
             self.other_system.get_or_insert(line);
         }
     }
+}
+
+fn is_header_of_creo(comment: &str) -> bool {
+    const HEADER: &str = "Pro/CLfile";
+    let title = comment.strip_prefix("$$*").map_or("", str::trim_start);
+    title.get(..HEADER.len()).is_some_and(|start| is(start, HEADER))
 }
 
 /// The tokens of a line; true where it goes on.

@@ -34,11 +34,15 @@ use tools::Tools;
 /// A tool axis is a unit vector to about three digits.
 const AXIS_LENGTH_TOLERANCE: f64 = 0.02;
 
+/// Tool axes that differ by no more are one, rad.
+const SAME_AXIS: f64 = 1e-6;
+
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut reader = Reader::new(settings, log);
     let mut lexer = Lexer::new(text);
     read_all(&mut lexer, &mut reader);
     reader.settle_senses();
+    reader.settle_points();
     // All of its numbers have many decimals, in either unit.
     reader.cutter.unit.tell(reader.cutter.log, "UNITS/MM or UNITS/INCHES", true);
     // The job may say that all points are in the first system.
@@ -58,6 +62,7 @@ fn axes_of(at: Option<Vector3<f64>>) -> [Option<f64>; 3] {
 fn read_all<'t>(lexer: &mut Lexer<'t>, reader: &mut Reader<'_>) {
     let mut statement = Statement::default();
     while lexer.next_into(&mut statement) {
+        reader.is_creo = lexer.is_creo;
         let goes_on = reader.statement(&statement);
         if reader.cutter.log.is_full() {
             return;
@@ -86,11 +91,15 @@ fn read_all<'t>(lexer: &mut Lexer<'t>, reader: &mut Reader<'_>) {
 
 struct Reader<'a> {
     cutter: Cutter<'a>,
+    /// Written by Creo, as its header says.
+    is_creo: bool,
     inches: bool,
     units_given: bool,
     rapid: bool,
     /// The line of a feed that stands between RAPID and the move.
     fed_behind_rapid: Option<usize>,
+    /// Whether RAPID stands behind the start of a cycle that is on.
+    is_rapid_in_cycle: bool,
     /// In the coordinates of the program.
     axis: Unit<Vector3<f64>>,
     /// The line of MULTAX/OFF, where the axis was another and no statement has given it since.
@@ -100,6 +109,9 @@ struct Reader<'a> {
     may_end: bool,
     /// CIRCLE: what the next GOTO ends.
     arc: Option<arcs::Open>,
+    /// The arc that the last statement ended.
+    arc_before: Option<arcs::Ended>,
+    arc_points: arcs::Points,
     /// INDIRV, INDIRP: where the next arc starts to.
     direction: Option<Vector3<f64>>,
     senses: Senses,
@@ -125,15 +137,19 @@ impl<'a> Reader<'a> {
         }
         Self {
             cutter,
+            is_creo: false,
             inches,
             units_given: settings.unit.is_some(),
             rapid: false,
             fed_behind_rapid: None,
+            is_rapid_in_cycle: false,
             axis: Vector3::z_axis(),
             axis_is_back: None,
             at: None,
             may_end: false,
             arc: None,
+            arc_before: None,
+            arc_points: arcs::Points::default(),
             direction: None,
             senses: Senses::default(),
             cycle: None,
@@ -152,11 +168,15 @@ impl<'a> Reader<'a> {
         let major = statement.major();
         self.senses.is_nx |= lexer::is(major, "TOOL PATH");
         let major = major.split_whitespace().next().unwrap_or("").to_ascii_uppercase();
-        if major == "FINI" {
+        if major != "GOTO" {
+            self.leave_arc();
+        }
+        // END is M2 or M30: FINI may stand behind it, and CATIA ends by it alone.
+        if major == "FINI" || major == "END" && statement.second().is_none() {
             return false;
         }
-        // NX ends each operation by END-OF-PATH and has no FINI; CATIA may end by END.
-        self.may_end = matches!(major.as_str(), "END-OF-PATH" | "END");
+        // NX ends each operation by END-OF-PATH and has no FINI.
+        self.may_end = major == "END-OF-PATH";
         let is_set = statement.tokens.get(1).is_some_and(|it| it.kind == Kind::Symbol(b'='));
         if is_set && !words::WITHOUT_MOTION.contains(&major.as_str()) {
             let what = "this is an APT part program, which defines geometry, and no \
@@ -213,6 +233,7 @@ impl<'a> Reader<'a> {
                     );
                 }
                 self.rapid = true;
+                self.is_rapid_in_cycle = self.cycle.is_some();
                 self.fed_behind_rapid = None;
                 Ok(())
             }
@@ -230,7 +251,7 @@ impl<'a> Reader<'a> {
             "TLON" => self.along_circle(line, statement),
             "MULTAX" if minor.first().and_then(name).is_some_and(|word| lexer::is(word, "OFF")) => {
                 let axis = self.systems.axis();
-                if self.axis.angle(&axis) > 1e-6 {
+                if self.axis.angle(&axis) > SAME_AXIS {
                     self.axis_is_back = Some(line);
                 }
                 self.axis = axis;
@@ -251,7 +272,7 @@ impl<'a> Reader<'a> {
                 read
             }
             "DELAY" | "DWELL" => self.delay(line, minor),
-            "LOADTL" | "LOAD" | "TURRET" => self.load_tool(line, minor),
+            "LOADTL" | "LOAD" | "TURRET" => self.load_tool(line, major, minor),
             "GOHOME" if !minor.is_empty() => self.home(line, minor),
             "GOHOME" | "GOCLER" => {
                 self.at = None;
@@ -336,9 +357,13 @@ impl<'a> Reader<'a> {
 
     fn go_to(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         let to = self.point(minor)?;
+        let before = self.axis;
         self.axis = self.axis_of(minor)?;
         if let Some(arc) = self.arc.take() {
             return self.close_arc(line, arc, to);
+        }
+        if self.goes_on_along_arc(line, to, before)? {
+            return Ok(());
         }
         if self.cycle_is_refused {
             self.at = Some(to);
@@ -380,11 +405,18 @@ impl<'a> Reader<'a> {
             );
         }
         let from = self.at.ok_or("a relative move before any position")?;
-        self.doubt_axis();
         let by = match minor {
             // A single number goes along the tool axis.
-            [Word::Number(along, _)] => self.axis.into_inner() * self.mm(*along),
-            _ => self.point(minor)?,
+            [Word::Number(along, _)] => {
+                self.doubt_axis();
+                self.axis.into_inner() * self.mm(*along)
+            }
+            [_, _, _] | [_, _, _, _, _, _] => {
+                let by = self.point(minor)?;
+                self.axis = self.axis_of(minor)?;
+                by
+            }
+            _ => return Err(NOT_A_STEP.to_owned()),
         };
         self.straight(line, from + by)
     }
@@ -447,6 +479,7 @@ impl<'a> Reader<'a> {
         let names: Vec<String> = names.filter(|name| !matches!(name.as_str(), "F" | "")).collect();
         if names == ["RAPID"] && numbers.is_empty() {
             self.rapid = true;
+            self.is_rapid_in_cycle = self.cycle.is_some();
             return Ok(());
         }
         let ([(number, span)], [] | [_]) = (numbers.as_slice(), names.as_slice()) else {
@@ -518,6 +551,8 @@ impl<'a> Reader<'a> {
 }
 
 const NOT_A_TARGET: &str = "expected x, y, z or x, y, z, i, j, k";
+const NOT_A_STEP: &str =
+    "expected dx, dy, dz or dx, dy, dz, i, j, k or one number, along the tool axis";
 
 /// The first three words as numbers.
 fn vector(minor: &[Word<'_>]) -> Result<Vector3<f64>, String> {

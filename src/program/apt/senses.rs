@@ -93,6 +93,19 @@ impl Senses {
         self.open = Some(open);
     }
 
+    /// The arc goes on about its axis, to here.
+    pub(super) fn arc_goes_on(
+        &mut self,
+        to: Vector3<f64>,
+        centre: Vector3<f64>,
+        axis: Unit<Vector3<f64>>,
+    ) {
+        let tangent = axis.cross(&(to - centre)).try_normalize(SAME_POINT_MM);
+        if let (Some(open), Some(tangent)) = (&mut self.open, tangent) {
+            open.tangent = tangent;
+        }
+    }
+
     /// An arc whose angle says which way round it runs: about its axis, or against it.
     pub(super) fn shown_by_angle(&mut self, is_about_axis: bool) {
         self.lose();

@@ -3,7 +3,6 @@
 use super::Reader;
 use super::lexer::Word;
 use crate::notes::Code;
-use crate::program::Spindle;
 use crate::program::span::Span;
 
 impl Reader<'_> {
@@ -53,8 +52,7 @@ impl Reader<'_> {
             let what = "SPINDL by surface speed is left out: the speed is not known";
             self.cutter.log.warning(Code::LeftOut, line, what);
             self.cutter.rpm = None;
-            self.cutter.is_on = Some(true);
-            self.cutter.log.spindle(line, Spindle::Turns(None));
+            self.cutter.turn_spindle(line, true);
             return Ok(());
         }
         if let [(rpm, span)] = *speeds.as_slice() {

@@ -27,7 +27,12 @@ impl Tools {
 
 impl Reader<'_> {
     /// `LOADTL/1,…`, `LOAD/TOOL,1,…`, `TURRET/1`: the first number is the tool's.
-    pub(super) fn load_tool(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+    pub(super) fn load_tool(
+        &mut self,
+        line: usize,
+        major: &str,
+        minor: &[Word<'_>],
+    ) -> Result<(), String> {
         if minor.first().and_then(name).is_some_and(|word| lexer::is(word, "HEAD")) {
             self.other_head(line);
             return Ok(());
@@ -39,7 +44,13 @@ impl Reader<'_> {
         });
         self.tools.speed = speed.map(|rpm| (line, rpm));
         match minor.iter().find_map(number) {
-            Some((number, _)) => self.cutter.tool(number),
+            Some((number, _)) => {
+                // A turret turns beside the spindle; a speed of LOADTL's own is told of elsewhere.
+                if major != "TURRET" && speed.is_none() && self.cutter.has_other_than(number) {
+                    self.cutter.change();
+                }
+                self.cutter.tool(number)
+            }
             None => {
                 self.cutter.left_out(line, "a tool without a number is left out".to_owned());
                 Ok(())

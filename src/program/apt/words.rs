@@ -1,7 +1,7 @@
 //! Which words of APT are for the machine beside the tool's way, and which move.
 
 /// Words without motion of their own and without effect on later motion.
-pub(super) const WITHOUT_MOTION: [&str; 76] = [
+pub(super) const WITHOUT_MOTION: [&str; 75] = [
     "PARTNO",
     "PPRINT",
     "CLPRNT",
@@ -9,7 +9,6 @@ pub(super) const WITHOUT_MOTION: [&str; 76] = [
     "TPRINT",
     "MACHIN",
     "COOLNT",
-    "END",
     "OPSTOP",
     "STOP",
     "TOLER",

@@ -99,6 +99,7 @@ impl Machine<'_> {
                 .then(|| given(14).map_or(CHIP_BREAK_MM, |back| self.mm(back)));
             over_peck = given(16).map_or(cutter::over_peck(self.mm(depth)), |over| self.mm(over));
         }
+        self.shift.goes_by_zero(w);
         let origin = self.shift.total()[w];
         let [surface, back, clearance] = [surface, back, clearance].map(|length| self.mm(length));
         let hole = Hole {

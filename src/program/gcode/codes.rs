@@ -3,7 +3,7 @@
 use super::block::{BLOCK_FEED, Block, DIRECTION, Word};
 use super::flow::Flow;
 use super::names::Name;
-use super::state::{AXES, Machine, Motion};
+use super::state::{AXES, Machine, Motion, Uncompensated};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Plane;
@@ -43,9 +43,10 @@ pub(super) fn run(machine: &mut Machine<'_>, flow: &mut Flow<'_>, line: usize, b
     if block.words.is_empty() && block.names.is_empty() {
         return;
     }
-    // To G65 it is an argument.
-    let is_macro = block.words.iter().any(|word| word.letter == b'G' && word.value == 65.0);
-    if block.word(b'E').is_some() && !is_macro {
+    machine.tell_unknown_before(block);
+    // To G65 it is an argument, to Haas' G187 how much corners are rounded.
+    let is_argument = block.codes('G').any(|code| matches!(code, 650 | 1870));
+    if block.word(b'E').is_some() && !is_argument {
         machine.cutter.log.warning(Code::AxisIgnored, line, "E words are left out");
     }
     let contradictions = contradictions(block);
@@ -238,17 +239,30 @@ fn modal(
         130 if block.has_any(b"IJK") => {
             return Err("G13 with words of a pocket is not supported".to_owned());
         }
-        400 | 430 | 440 | 490 | 500 | 610 | 611 | 640 | 130 | 970 | 6010 | 6020 | 6410 | 6420
-        | 90 | 600 | 4500 | 4510 => {}
+        400 | 500 | 610 | 611 | 640 | 130 | 6010 | 6020 | 6410 | 6420 | 90 | 600 | 4500 | 4510 => {}
+        430 | 440 => machine.compensate(),
+        490 => machine.end_compensation(),
+        // G97 of Sinumerik's is one of the kinds of feed, that of G95 with a fixed speed.
+        970 if machine.is_sinumerik => machine.cutter.feed_kind(FeedKind::PerRevolution),
+        970 => {}
+        960 | 9610 | 9620 => {
+            let shown = shown('G', code);
+            return Err(format!(
+                "{shown} keeps the cutting speed, so that the spindle's speed follows the \
+                 diameter: not supported; have G97 and a fixed speed written"
+            ));
+        }
         // Limits of travel, checked or not.
         220 | 230 if !machine.is_sinumerik && !has_axes && !block.has_any(b"IJK") => {}
         // GRBL and LinuxCNC: the axes are those of a tool's length.
-        431 if has_axes && block.word(b'H').is_none() => once.tool_length = true,
-        431 => {}
+        431 => {
+            once.tool_length = has_axes && block.word(b'H').is_none();
+            machine.compensate();
+        }
         // Look-ahead, smoothing and corners' speed.
         51 | 80 | 620 | 1030 | 1870 if !has_axes => {}
         50 if !has_axes && block.word(b'P').is_some() => {}
-        434 if machine.rotary.is_named() => {}
+        434 if machine.rotary.is_named() => machine.compensate(),
         434 => return Err("G43.4 turns the tool: rotary_axes in the job must say how".to_owned()),
         530 => once.machine = Some("G53"),
         1530 => once.machine = Some("G153"),
@@ -282,7 +296,7 @@ fn modal(
     Ok(())
 }
 
-fn shown(letter: char, code: i64) -> String {
+pub(super) fn shown(letter: char, code: i64) -> String {
     match (code / 10, code % 10) {
         (code, 0) => format!("{letter}{code}"),
         (code, tenths) => format!("{letter}{code}.{tenths}"),
@@ -340,43 +354,16 @@ fn spindle_and_tool(
             // The spindle stands at an angle until it is started anew.
             190 => machine.cutter.turn_spindle(line, false),
             0 | 10 | 20 | 300 | 70..=99 | 170 | 480 | 490 | 600 | 970 | 980 | 990 => {}
-            _ => starts |= unknown(machine, line, code, speed.is_some()),
+            _ => starts |= machine.unknown(line, code, block, speed.is_some()),
         }
     }
     if let Some(length) = block.get('D').filter(|_| machine.is_sinumerik) {
-        machine.is_without_length = length == 0.0;
+        machine.uncompensated = (length == 0.0).then_some(Uncompensated::D0);
     }
     if speed.is_some() && !starts {
         machine.cutter.assume_started(line);
     }
     Ok(())
-}
-
-/// An M code that is not known; true where it is taken to start the spindle.
-fn unknown(machine: &mut Machine<'_>, line: usize, code: i64, has_speed: bool) -> bool {
-    let name = shown('M', code);
-    if has_speed {
-        let what = format!("{name} is not understood; with S it is taken to start the spindle");
-        machine.cutter.log.warning(Code::SpindleCommand, line, what);
-        machine.cutter.turn_spindle(line, true);
-        return true;
-    }
-    let stands = machine.cutter.is_on == Some(false);
-    let (note, more) = match code {
-        610 => (Code::ChangeIgnored, ": on LinuxCNC it says which tool is in the spindle"),
-        700 | 720 | 730 => (
-            Code::ChangeIgnored,
-            ": on LinuxCNC it keeps or restores units, feed and G90 or G91, and on Sinumerik M70 \
-             makes the spindle an axis",
-        ),
-        _ if stands => {
-            (Code::SpindleCommand, "; if it starts the spindle, what follows is not checked")
-        }
-        _ => (Code::LeftOut, ""),
-    };
-    let what = format!("{name} is not understood and left out{more}");
-    machine.cutter.log.warning(note, line, what);
-    false
 }
 
 fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> Result<(), String> {
@@ -426,6 +413,7 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
                     elsewhere it stops at the end; write G0 or G9"
             .to_owned());
     }
+    machine.tell_moved_zero(line, block);
     let done = match machine.motion {
         Motion::None => Err("axes without G0, G1, G2, G3 or a cycle".to_owned()),
         Motion::Rapid | Motion::Straight if block.has_any(b"RIJK") => {

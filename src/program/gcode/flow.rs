@@ -429,6 +429,7 @@ impl<'t> Flow<'t> {
             // A subroutine is run where it is called.
             "SUB" => self.go_behind(label, line, &["ENDSUB"]),
             "ENDSUB" | "RETURN" => {
+                self.give_back(behind)?;
                 self.back();
                 Ok(())
             }
@@ -443,6 +444,7 @@ impl<'t> Flow<'t> {
                     next += 1;
                     locals.insert(next, reader.value()?);
                 }
+                self.set_returned([f64::NAN; 2])?;
                 self.enter(head + 1, 1, Some(locals), false)
             }
             "IF" | "ELSEIF" if here.keyword == "IF" || self.arrived(line) => {
@@ -468,6 +470,20 @@ impl<'t> Flow<'t> {
             "DO" | "ENDIF" => Ok(()),
             other => Err(format!("O-word '{other}' is not understood")),
         }
+    }
+
+    /// What `return [expr]` and `endsub [expr]` give back, and whether they do.
+    fn give_back(&mut self, behind: Behind<'_>) -> Result<(), String> {
+        let mut reader = behind.reader(&self.parameters);
+        let value = if reader.peek() == Some(b'[') { Some(reader.value()?) } else { None };
+        self.set_returned(value.map_or([0.0; 2], |value| [value, 1.0]))
+    }
+
+    /// `#<_value>` and `#<_value_returned>` of LinuxCNC. A call clears them, to what is not
+    /// documented: not a number.
+    fn set_returned(&mut self, [value, is_given]: [f64; 2]) -> Result<(), String> {
+        self.parameters.set(Key::Name("_value".to_owned()), value, None)?;
+        self.parameters.set(Key::Name("_value_returned".to_owned()), is_given, None)
     }
 
     /// The last statement with one of these words before the one at hand, of the same label.

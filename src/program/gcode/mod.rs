@@ -25,6 +25,7 @@ mod lines;
 mod names;
 mod patterns;
 mod places;
+mod quiet;
 mod rotary;
 mod shift;
 mod siemens;
@@ -62,11 +63,15 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
             line = index + 1;
         }
         machine.cutter.log.within(beside.unwrap_or_default());
-        if content.trim_start().starts_with('/') {
+        let controls = flow.control(content, index);
+        if controls != Ok(false) && content.trim_start().starts_with('/') {
             read_as_run(machine.cutter.log, line);
         }
-        match flow.control(content, index) {
-            Ok(true) => continue,
+        match controls {
+            Ok(true) => {
+                machine.tell_unknown();
+                continue;
+            }
             Ok(false) => {}
             Err(what) => {
                 machine.cutter.log.error(Code::Syntax, line, what);
@@ -75,7 +80,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
         }
         let offset = (!is_beside).then_some(offset);
         let parsed = block::parse(content, offset, &mut block, &flow.parameters);
-        if block.optional {
+        if block.optional && !(parsed.is_ok() && block.is_idle()) {
             read_as_run(machine.cutter.log, line);
         }
         match parsed {
@@ -99,6 +104,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
             return;
         }
     }
+    machine.end_unknown();
     machine.cutter.log.within(String::new());
     machine.tell_cuts_before_change();
     let open = machine.corner.map(|corner| corner.line);

@@ -36,6 +36,7 @@ impl Machine<'_> {
         self.keeps_frame(name)?;
         let at = self.cutter.place().ok_or("a pattern of holes from an unknown position")?;
         let Plane([u, v, _]) = self.plane;
+        [u, v].into_iter().for_each(|axis| self.shift.goes_by_zero(axis));
         let shift = self.shift.total();
         let centre = [self.mm(*first) + shift[u], self.mm(*second) + shift[v]];
         // Whole and at most MOST_HOLES.

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use super::block::{ANGLE, Block, Counts, POLAR_ANGLE, POLAR_RADIUS};
+use super::block::{ANGLE, Block, Counts, POLAR_ANGLE, POLAR_RADIUS, Word};
 use super::frame::{Place, Polar, Turned};
 use super::state::{AXES, Machine};
 use crate::notes::Code;
@@ -26,16 +26,19 @@ impl Machine<'_> {
         own
     }
 
+    fn is_relative(&self, word: Word) -> bool {
+        match word.counts {
+            Counts::AsModal => self.relative,
+            Counts::Absolute => false,
+            Counts::Relative => true,
+        }
+    }
+
     /// The value of an axis word, where the axis was before in the program's frame.
     fn axis(&self, block: &Block, axis: usize, before: Place) -> Result<Option<f64>, String> {
         let Some(word) = block.word(AXES[axis]) else { return Ok(before[axis]) };
         let value = self.mm(word.value);
-        let is_relative = match word.counts {
-            Counts::AsModal => self.relative,
-            Counts::Absolute => false,
-            Counts::Relative => true,
-        };
-        match (is_relative, before[axis]) {
+        match (self.is_relative(word), before[axis]) {
             (false, _) => Ok(Some(value + self.shift.total()[axis])),
             (true, Some(before)) => Ok(Some(before + value)),
             (true, None) => {
@@ -50,10 +53,14 @@ impl Machine<'_> {
         let mut end = before;
         for (axis, end) in end.iter_mut().enumerate() {
             *end = self.axis(block, axis, before)?;
+            if block.word(AXES[axis]).is_some_and(|word| !self.is_relative(word)) {
+                self.shift.goes_by_zero(axis);
+            }
         }
         let Plane([u, v, _]) = self.plane;
         if let Some([at_u, at_v]) = self.polar_end(block)? {
             (end[u], end[v]) = (Some(at_u), Some(at_v));
+            [u, v].into_iter().for_each(|axis| self.shift.goes_by_zero(axis));
         }
         if let Some(angle) = block.word(ANGLE) {
             end = self.along(block, before, end, angle.value)?;
@@ -63,6 +70,22 @@ impl Machine<'_> {
             return Err("G91 under G68 is not supported".to_owned());
         }
         Ok(turned.place(turned.angle_rad, end))
+    }
+
+    /// Sinumerik: a relative way of an axis whose zero has moved since the axis went to a place.
+    pub(super) fn tell_moved_zero(&mut self, line: usize, block: &Block) {
+        for (axis, letter) in AXES.into_iter().enumerate() {
+            let is_relative = block.word(letter).is_some_and(|word| self.is_relative(word));
+            if self.is_sinumerik && is_relative && self.shift.has_moved_zero(axis) {
+                let name = char::from(letter);
+                let what = format!(
+                    "{name} moves by a relative number behind a shift of its zero (TRANS, ATRANS): \
+                     by setting data 42440 the control goes by the shift, too, or not; it is taken \
+                     not to; write {name} as a place once"
+                );
+                self.cutter.log.warning(Code::ChangeIgnored, line, what);
+            }
+        }
     }
 
     /// By way of this point G28 goes.

@@ -7,11 +7,16 @@ use nalgebra::Vector3;
 /// G54, in tenths: what holds where the program chooses no offset.
 const FIRST: i64 = 540;
 
+/// Shifts below this are rounding.
+const ROUNDING_MM: f64 = 1e-9;
+
 /// Where the program's zero is in the job's work object, which stands for the work offset under
 /// which the path starts. mm.
 #[derive(Debug, Clone)]
 pub(super) struct Shift {
     local: Vector3<f64>,
+    /// By axis, what it was when the axis last went to a place.
+    local_at: Vector3<f64>,
     /// G92, with what G92.2 sets aside.
     axes: Vector3<f64>,
     aside: Vector3<f64>,
@@ -31,6 +36,7 @@ impl Default for Shift {
     fn default() -> Self {
         Self {
             local: Vector3::zeros(),
+            local_at: Vector3::zeros(),
             axes: Vector3::zeros(),
             aside: Vector3::zeros(),
             origins: HashMap::new(),
@@ -84,6 +90,16 @@ impl Shift {
     pub(super) fn translate(&mut self, axes: [Option<f64>; 3], adds: bool) {
         let by = Vector3::from(axes.map(|axis| axis.unwrap_or(0.0)));
         self.local = if adds { self.local + by } else { by };
+    }
+
+    /// An axis goes to a place, which counts from its zero.
+    pub(super) fn goes_by_zero(&mut self, axis: usize) {
+        self.local_at[axis] = self.local[axis];
+    }
+
+    /// Whether the zero of an axis was moved by TRANS or ATRANS since.
+    pub(super) fn has_moved_zero(&self, axis: usize) -> bool {
+        (self.local[axis] - self.local_at[axis]).abs() > ROUNDING_MM
     }
 
     /// G10 L2: the origin of an offset, axes as given.

@@ -80,6 +80,15 @@ pub(super) struct Cycle {
     pub(super) is_tap: bool,
 }
 
+/// Why the tool's length does not count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Uncompensated {
+    /// Sinumerik's.
+    D0,
+    /// Behind G43 or G44.
+    G49,
+}
+
 pub(super) struct Machine<'a> {
     pub(super) cutter: Cutter<'a>,
     pub(super) motion: Motion,
@@ -109,8 +118,11 @@ pub(super) struct Machine<'a> {
     waits_for_first: bool,
     /// Line of the first cut before it.
     cuts_before_change: Option<usize>,
-    /// D0: the tool's length does not count.
-    pub(super) is_without_length: bool,
+    /// The tool's length counts by G43 or the like.
+    is_compensated: bool,
+    pub(super) uncompensated: Option<Uncompensated>,
+    /// M codes that are not known, with nothing behind them yet that they could matter to.
+    pub(super) unknown_codes: Vec<(usize, String)>,
     /// A G92 or G10 L20 said where the path starts.
     pub(super) starts_by_g92: bool,
     /// G0 held before the cycle: G80 goes back to it.
@@ -148,7 +160,9 @@ impl<'a> Machine<'a> {
             waits_for_change,
             waits_for_first: waits_for_change,
             cuts_before_change: None,
-            is_without_length: false,
+            is_compensated: false,
+            uncompensated: None,
+            unknown_codes: Vec::new(),
             starts_by_g92: false,
             was_rapid: false,
         }
@@ -204,8 +218,8 @@ impl<'a> Machine<'a> {
     pub(super) fn change_tool(&mut self) -> Result<(), String> {
         self.tell_cuts_before_change();
         self.waits_for_first = false;
-        // The control chooses the first length of a new tool.
-        self.is_without_length = false;
+        // Behind D0 the control chooses the first length of a new tool.
+        self.uncompensated = self.uncompensated.filter(|why| *why != Uncompensated::D0);
         self.next_tool.map_or(Ok(()), |tool| self.cutter.tool(tool))
     }
 
@@ -337,11 +351,27 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    /// A move under D0, of which the tool's length is no part.
-    pub(super) fn tell_length(&mut self, line: usize) {
-        if self.is_without_length {
-            let what = "moves under D0, without the tool's length: the job's tcp is used";
-            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+    /// G43, G44 and the like.
+    pub(super) fn compensate(&mut self) {
+        self.is_compensated = true;
+        self.uncompensated = None;
+    }
+
+    /// G49: at the head of a program it ends nothing.
+    pub(super) fn end_compensation(&mut self) {
+        if std::mem::take(&mut self.is_compensated) {
+            self.uncompensated = Some(Uncompensated::G49);
         }
+    }
+
+    /// A move of which the tool's length is no part. Under G49 tools are taken away at rapid.
+    pub(super) fn tell_length(&mut self, line: usize) {
+        let moves = match self.uncompensated {
+            Some(Uncompensated::D0) => "moves under D0",
+            Some(Uncompensated::G49) if self.motion != Motion::Rapid => "moves at feed under G49",
+            _ => return,
+        };
+        let what = format!("{moves}, without the tool's length: the job's tcp is used");
+        self.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
 }

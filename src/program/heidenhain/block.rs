@@ -94,15 +94,20 @@ fn behind_number(text: &str) -> &str {
     text.trim_start_matches(|c: char| c.is_ascii_digit())
 }
 
-/// Blocks with their lines; `~` at the end of a line continues it.
+/// Blocks with their lines; `~` at the end of a line continues it, or its comment.
 pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
     let mut found: Vec<Text<'_>> = Vec::new();
     let mut offset = 0;
-    let mut continues = false;
+    let (mut continues, mut in_comment) = (false, false);
     for (index, whole) in text.split_inclusive('\n').enumerate() {
         let start = offset;
         offset += whole.len();
         let line = whole.trim_end();
+        in_comment &= !(is_numbered(line) || is_of_cycle(line));
+        if in_comment {
+            in_comment = line.ends_with('~');
+            continue;
+        }
         let code = line.split(';').next().unwrap_or("").trim_end();
         let body = code.strip_suffix('~').unwrap_or(code);
         let blank = body.len() - body.trim_start().len();
@@ -110,16 +115,27 @@ pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
         let goes_on = continues || is_of_cycle(body) && found.last().is_some_and(is_cycle);
         let (skip, may_be_skipped) = if goes_on { (blank, false) } else { head(body) };
         let part = (start + skip, body.get(skip..).unwrap_or(""));
+        let words = part.1.trim_start();
+        let is_divider = words.starts_with('*');
+        // Cycles go on behind their comments.
+        let is_of_cycle = goes_on || words.starts_with("CYCL") || words.starts_with("TCH");
+        let is_open = line.ends_with('~') && (is_divider || !code.ends_with('~'));
+        in_comment = is_open && !is_of_cycle;
         match found.last_mut().filter(|_| goes_on) {
             Some(open) => open.parts.push(part),
             // `* - …` divides the program for people.
-            None if part.1.trim().is_empty() || part.1.trim_start().starts_with('*') => {}
+            None if words.is_empty() || is_divider => {}
             None => found.push(Text { line: index + 1, may_be_skipped, parts: vec![part] }),
         }
         // Comments of cycles' lines stand before the next.
-        continues = code.ends_with('~') || (continues && line.contains('~'));
+        continues = !in_comment && (code.ends_with('~') || (continues && line.contains('~')));
     }
     found
+}
+
+/// A block's number stands at its beginning, not where a comment goes on.
+fn is_numbered(line: &str) -> bool {
+    behind_number(line).len() < line.trim_start().len()
 }
 
 /// `Q200=2`: below 1600 no parameter of the program's own has so high a number.

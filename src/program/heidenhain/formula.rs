@@ -8,6 +8,11 @@ use crate::units::deg_from_rad;
 /// Terms in one another beyond this are refused.
 const MAX_DEPTH: usize = 40;
 
+/// Parameters of a program's own, those that the control keeps, and texts.
+pub(super) const OTHER_KINDS: [&str; 3] = ["QL", "QR", "QS"];
+pub(super) const OTHERS: &str =
+    "QL, QR and QS parameters are not read: have Q parameters with a number alone written";
+
 /// The value of a formula. Decimal commas are points.
 pub(super) fn value_of(text: &str, known: &Parameters) -> Result<f64, String> {
     let mut reader = Formula { bytes: text.as_bytes(), at: 0, known, depth: 0 };
@@ -146,6 +151,7 @@ impl Formula<'_> {
         let name = self.letters();
         let own: fn(f64) -> f64 = match name.as_str() {
             "Q" => return self.parameter(),
+            other if OTHER_KINDS.contains(&other) => return Err(OTHERS.to_owned()),
             "PI" => return Ok(std::f64::consts::PI),
             "ATAN" => |x| deg_from_rad(x.atan()),
             "SQ" => |x| x * x,

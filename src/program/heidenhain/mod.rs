@@ -11,6 +11,7 @@ mod block;
 mod cycle;
 mod formula;
 mod lines;
+mod quiet;
 
 use std::collections::HashMap;
 
@@ -27,6 +28,7 @@ use crate::notes::Code;
 use crate::units::mm_from_inch;
 use block::{Block, Parameters, Text, Word, blocks, content, parse};
 use cycle::Cycle;
+use formula::{OTHER_KINDS, OTHERS};
 
 /// Blocks that repeats may run beyond one pass through the program.
 const BLOCKS_IN_LOOPS: usize = 1_000_000;
@@ -47,10 +49,11 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
         reader.cutter.log.error(Code::Syntax, line, what);
         return;
     }
-    if let Some(block) = reader.blocks.iter().find(|block| block.may_be_skipped) {
-        read_as_run(reader.cutter.log, block.line);
-    }
     reader.run();
+    reader.end_unknown();
+    if let Some(line) = reader.first_to_skip() {
+        read_as_run(reader.cutter.log, line);
+    }
     let last = reader.blocks.last().map_or(1, |block| block.line);
     if !reader.has_end {
         let what = "the program ends without END PGM, M2 or M30: is the file whole?";
@@ -110,6 +113,8 @@ struct Reader<'a, 't> {
     side: Option<bool>,
     /// Of the last move.
     last_pace: Option<Pace>,
+    /// M codes that are not known, with nothing behind them yet that they could matter to.
+    unknown_codes: Vec<(usize, f64)>,
     has_end: bool,
 }
 
@@ -146,6 +151,7 @@ impl<'a, 't> Reader<'a, 't> {
             heading: None,
             side: None,
             last_pace: None,
+            unknown_codes: Vec::new(),
             has_end: false,
         }
     }
@@ -189,6 +195,9 @@ impl<'a, 't> Reader<'a, 't> {
     }
 
     fn block(&mut self, line: usize, text: &str, block: &Block<'_>) -> Result<(), String> {
+        if !block.is_quiet() {
+            self.tell_unknown();
+        }
         // `X+Q5` and `FQ5` of a Q5 that nothing has set.
         let is_unset = |word: &Word<'_>| {
             word.name.len() > 1
@@ -199,9 +208,9 @@ impl<'a, 't> Reader<'a, 't> {
             && !matches!(block.name(0), "CALL" | "CYCL" | "TCH" | "FN" | "BEGIN" | "END")
             && !block.name(0).starts_with('Q')
         {
-            return Err(
-                "Q parameters in words are read only where the program has set them".to_owned()
-            );
+            let is_other = block.words.iter().any(|word| OTHER_KINDS.contains(&word.name));
+            let own = "Q parameters in words are read only where the program has set them";
+            return Err(if is_other { OTHERS } else { own }.to_owned());
         }
         let without = without_handwheel(block);
         if without.is_some() {
@@ -304,6 +313,9 @@ impl<'a, 't> Reader<'a, 't> {
     fn assign(&mut self, text: &str, block: &Block<'_>) -> Result<(), String> {
         let (name, formula) = text.split_once('=').ok_or("a Q parameter without '='")?;
         let digits = name.trim().strip_prefix(['Q', 'q']).unwrap_or("");
+        if digits.starts_with(['L', 'R', 'S', 'l', 'r', 's']) {
+            return Err(OTHERS.to_owned());
+        }
         let number = digits.parse::<u32>();
         let number = number.map_err(|_| format!("'{}' is no Q parameter", name.trim()))?;
         let value = formula::value_of(formula, &self.parameters);
@@ -448,10 +460,12 @@ impl<'a, 't> Reader<'a, 't> {
                 _ if (0.0..=9.0).contains(&code) || [99.0, 126.0, 127.0, 129.0].contains(&code) => {
                 }
                 _ => {
-                    let stands = self.cutter.is_on == Some(false);
-                    let note = if stands { Code::SpindleCommand } else { Code::LeftOut };
-                    let what = format!("M{code} is not understood and left out");
-                    self.cutter.log.warning(note, line, what);
+                    self.unknown_codes.push((line, code));
+                    if self.cutter.is_on != Some(false) {
+                        self.end_unknown();
+                    } else if !block.is_quiet() {
+                        self.tell_unknown();
+                    }
                 }
             }
         }

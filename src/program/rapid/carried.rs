@@ -32,6 +32,18 @@ pub(super) enum Carrier {
     Unit(Arc<MechanicalUnit>),
 }
 
+/// A mechanical unit that `DeactUnit` has switched off.
+#[derive(Debug, Clone)]
+pub(super) struct UnitOff {
+    /// Its name in lower case.
+    pub(super) key: String,
+    pub(super) shown: String,
+    /// Its external axes, where the job says them.
+    pub(super) axes: Option<Vec<String>>,
+    /// Whether no condition that only the run knows decides about it.
+    pub(super) is_sure: bool,
+}
+
 impl WorkObject {
     /// One that stands still.
     pub(super) fn fixed(frame: Isometry3<f64>) -> Self {

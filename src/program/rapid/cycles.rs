@@ -25,7 +25,8 @@ impl<'a> Interpreter<'a> {
             || self.over != 1.0
             || self.velocity != (1.0, f64::INFINITY)
             || self.turning != Some(Turning::WithArc)
-            || self.gripped != Ok(None);
+            || self.gripped != Ok(None)
+            || !self.off.is_empty();
         if first.is_empty() && !has_set {
             return;
         }

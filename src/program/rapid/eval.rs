@@ -1,24 +1,17 @@
 //! Expressions → values. What cannot be known from the file is [`Value::Unknown`] with the reason,
 //! and becomes a fault only where motion depends on it.
 
+use super::constants::{predefined, stop_point};
 use super::functions::{self, Given};
 use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
 use super::value::{
-    Value, field, from_orientation, initial, initial_array, load0, orientation, position,
-    within_depth, within_size,
+    Value, field, from_orientation, initial, initial_array, orientation, position, within_depth,
+    within_size,
 };
 use super::walk::{functions_of, statements_in};
 use crate::program::single;
-
-/// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
-const VMAX_MM_PER_S: f64 = 5000.0;
-
-const PREDEFINED_SPEEDS_MM_PER_S: [u16; 25] = [
-    5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500,
-    3000, 4000, 5000, 6000, 7000,
-];
 
 /// Where a datum lives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,12 +125,15 @@ impl<'a> Interpreter<'a> {
                 _ => return Value::unknown(format!("'{}' has no parts", path.name.shown)),
             };
         }
-        value.clone()
+        let found = value.clone();
+        self.keep_own_value(&path.name, &found);
+        found
     }
 
     /// Stores a value in a datum or a part of it.
     pub(super) fn write(&mut self, path: &'a Path, value: Value) -> Result<(), String> {
         let Place { scope, key, way } = self.place(path)?;
+        let sizes = self.sizes(scope, key, &way, path);
         let own_frames = self.own_frames();
         let root = match scope {
             Scope::Routine => self
@@ -156,9 +152,13 @@ impl<'a> Interpreter<'a> {
         let root = root.ok_or_else(|| undeclared(&path.name))?;
         let value = known(within_depth(value, way.len()));
         let mut target = &mut *root;
-        for index in way {
+        for (level, index) in way.into_iter().enumerate() {
             if matches!(target, Value::Tool0 | Value::Wobj0) {
                 *target = std::mem::replace(target, Value::Absent).in_parts(own_frames);
+            }
+            if let (Value::Unknown(_), Some(&size)) = (&*target, sizes.get(level)) {
+                let rest = target.clone();
+                *target = Value::List(vec![rest; size]);
             }
             target = match target {
                 Value::List(items) => items.get_mut(index).ok_or_else(|| beyond(&path.name))?,
@@ -172,6 +172,35 @@ impl<'a> Interpreter<'a> {
             *root = Value::unknown(why);
         }
         Ok(())
+    }
+
+    /// How many parts there are at each level of the way down to a part of what is not known as a
+    /// whole: what is not set of it stays unknown. Of what is known, and of a local array, nothing.
+    fn sizes(&mut self, scope: Scope, key: &str, way: &[usize], path: &Path) -> Vec<usize> {
+        let mut value = self.own_root(scope, key);
+        let is_open = way.iter().any(|index| match value {
+            Some(Value::List(items)) => {
+                value = items.get(*index);
+                false
+            }
+            other => matches!(other, Some(Value::Unknown(_))),
+        });
+        let shape = match (scope, is_open) {
+            (_, false) => return Vec::new(),
+            (Scope::Module, _) => self.blank_of_module(key),
+            (Scope::Routine, _) => {
+                let is_record = matches!(path.steps.first(), Some(Step::Field(_)));
+                let datum = self.frames.last().and_then(|frame| frame.get(key));
+                datum.filter(|_| is_record).map(|datum| initial(self.file, datum.kind))
+            }
+        };
+        let mut shape = shape.as_ref();
+        let sizes = way.iter().map_while(|index| {
+            let Some(Value::List(items)) = shape else { return None };
+            shape = items.get(*index);
+            Some(items.len())
+        });
+        sizes.collect()
     }
 
     /// Finds the datum and turns indices and fields into positions, working out globals on the way.
@@ -224,13 +253,7 @@ impl<'a> Interpreter<'a> {
 
     /// Data that every controller has, or a part of one.
     fn predefined_part(&self, path: &Path) -> Option<Value> {
-        let mut value = predefined(&path.name)?;
-        let mut kind = match path.name.key.as_str() {
-            "tool0" => "tooldata",
-            "wobj0" => "wobjdata",
-            "load0" => "loaddata",
-            _ => "speeddata",
-        };
+        let (mut value, mut kind) = predefined(&path.name.key)?;
         for step in &path.steps {
             let Step::Field(name) = step else { return None };
             let (index, inner) = field(self.file, kind, name)?;
@@ -252,14 +275,20 @@ impl<'a> Interpreter<'a> {
     }
 
     fn root(&self, scope: Scope, key: &str) -> Option<&Value> {
+        let trapped = self.trapped.get(key).filter(|_| scope == Scope::Module);
+        trapped.or_else(|| self.own_root(scope, key))
+    }
+
+    /// What the program itself has set a datum to.
+    fn own_root(&self, scope: Scope, key: &str) -> Option<&Value> {
         match scope {
             Scope::Routine => {
                 self.frames.last().and_then(|frame| frame.get(key)).map(|datum| &datum.value)
             }
-            Scope::Module => self.trapped.get(key).or(match self.globals.get(key) {
+            Scope::Module => match self.globals.get(key) {
                 Some(Global::Known(value)) => Some(value),
                 _ => None,
-            }),
+            },
         }
     }
 
@@ -289,24 +318,44 @@ impl<'a> Interpreter<'a> {
             (key, _) if declaration.is_persistent && self.assumed(key).is_some() => {
                 self.assumed(key).unwrap_or(Value::Absent)
             }
-            (_, Some(expr)) => known(within_depth(self.eval(expr), 0)),
+            (_, Some(expr)) => {
+                let value = self.eval(expr);
+                let value = match declaration.kind.as_str() {
+                    "stoppointdata" => named_stop_point(value, expr),
+                    _ => value,
+                };
+                known(within_depth(value, 0))
+            }
             (_, None) if declaration.is_persistent => Value::unknown(format!(
                 "'{}' is PERS without a value in this file: another task has it",
                 declaration.name.shown
             )),
-            (_, None) => {
-                let element = initial(self.file, &declaration.kind);
-                let sizes: Result<Vec<usize>, String> = declaration
-                    .dimensions
-                    .iter()
-                    .map(|size| self.index(size, &declaration.name).map(|last| last + 1))
-                    .collect();
-                match sizes {
-                    Ok(sizes) => initial_array(element, &sizes),
-                    Err(why) => Value::unknown(why),
-                }
-            }
+            (_, None) => self.blank(declaration),
         }
+    }
+
+    /// What a datum holds when nothing was given to it.
+    fn blank(&mut self, declaration: &'a Declaration) -> Value {
+        let element = initial(self.file, &declaration.kind);
+        let sizes: Result<Vec<usize>, String> = declaration
+            .dimensions
+            .iter()
+            .map(|size| self.index(size, &declaration.name).map(|last| last + 1))
+            .collect();
+        match sizes {
+            Ok(sizes) => initial_array(element, &sizes),
+            Err(why) => Value::unknown(why),
+        }
+    }
+
+    /// The same of a module's datum, which sees nothing of the routine that runs.
+    fn blank_of_module(&mut self, key: &str) -> Option<Value> {
+        let file = self.file;
+        let declaration = file.data.get(key)?;
+        let frames = std::mem::take(&mut self.frames);
+        let blank = self.blank(declaration);
+        self.frames = frames;
+        Some(blank)
     }
 
     /// What a parameter of the routine that runs is now.
@@ -360,6 +409,7 @@ impl<'a> Interpreter<'a> {
             };
         }
         if let Some(value) = self.signal(&name.key, args) {
+            self.asks_for_own(args);
             return value;
         }
         let options = self.options(args);
@@ -403,32 +453,28 @@ fn known(value: Result<Value, String>) -> Value {
     value.unwrap_or_else(Value::unknown)
 }
 
+/// `[stoptime,FALSE,…]`: its type may be given by a name, which elsewhere is that of anything.
+fn named_stop_point(value: Value, expr: &Expr) -> Value {
+    match (value, expr) {
+        (Value::List(mut parts), Expr::List(given)) => {
+            if let (Some(kind @ Value::Unknown(_)), Some(Expr::Ref(path))) =
+                (parts.first_mut(), given.first())
+                && let Some(number) = stop_point(&path.name.key)
+            {
+                *kind = Value::Num(number);
+            }
+            Value::List(parts)
+        }
+        (value, _) => value,
+    }
+}
+
 fn undeclared(name: &Name) -> String {
     format!("'{}' is not declared in this file", name.shown)
 }
 
 fn beyond(name: &Name) -> String {
     format!("an index of '{}' lies beyond its end", name.shown)
-}
-
-/// Data that every controller has.
-fn predefined(name: &Name) -> Option<Value> {
-    match name.key.as_str() {
-        "tool0" => Some(Value::Tool0),
-        "wobj0" => Some(Value::Wobj0),
-        "load0" => Some(load0()),
-        // A zone, of which the first part alone is asked for: whether the arm stops.
-        "fine" => Some(Value::List(vec![Value::Bool(true)])),
-        "high" => Some(Value::Num(1.0)),
-        "low" => Some(Value::Num(0.0)),
-        "pi" => Some(Value::Num(std::f64::consts::PI)),
-        "vmax" => Some(Value::nums(&[VMAX_MM_PER_S, 500.0, 5000.0, 1000.0])),
-        key => {
-            let speed = key.strip_prefix('v')?.parse::<u16>().ok()?;
-            let known = PREDEFINED_SPEEDS_MM_PER_S.contains(&speed);
-            known.then(|| Value::nums(&[f64::from(speed), 500.0, 5000.0, 1000.0]))
-        }
-    }
 }
 
 fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, String> {

@@ -52,7 +52,11 @@ impl<'a> Interpreter<'a> {
     /// assumes.
     pub(super) fn fill(&mut self, name: &Name, args: &'a Args) {
         for path in filled(name, args) {
-            let own = self.settings.assume.get(&path.name.key).filter(|_| path.steps.is_empty());
+            let key = path.name.key.as_str();
+            let own = self.settings.assume.get(key).filter(|_| path.is_whole());
+            if own.is_some() {
+                self.heed(key);
+            }
             let value = own.map_or_else(
                 || {
                     let (datum, by) = (&path.name.shown, &name.shown);
@@ -61,6 +65,11 @@ impl<'a> Interpreter<'a> {
                 |own| Value::from(*own),
             );
             self.forget(&path.name, &value);
+            if own.is_some() && !self.is_declared(key) {
+                // What the job says of it holds, whatever was known of it before.
+                self.forgotten.remove(key);
+                self.assigned.remove(key);
+            }
         }
     }
 
@@ -82,6 +91,9 @@ impl<'a> Interpreter<'a> {
             return;
         }
         for name in names_in(vec![condition]) {
+            if self.settings.assume.contains_key(&name.key) {
+                self.heed(&name.key);
+            }
             let value = self.settings.assume.get(&name.key).map_or_else(
                 || {
                     let what = "another task sets it while WaitUntil waits: known only at run time";

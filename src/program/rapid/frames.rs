@@ -18,7 +18,11 @@ impl<'a> Interpreter<'a> {
     ) -> Result<ToolFrame, String> {
         let tool = self.eval(expr);
         let of_job = match (expr, &tool) {
-            (Expr::Ref(path), Value::Unknown(_)) => Some(Tool::Name(path.name.shown.clone())),
+            (Expr::Ref(path), tool)
+                if matches!(tool, Value::Unknown(_)) || tool.is_rest().is_some() =>
+            {
+                Some(Tool::Name(path.name.shown.clone()))
+            }
             (_, Value::Tool0) if self.own_frames()[0].is_some() => {
                 Some(Tool::Name("tool0".to_owned()))
             }
@@ -35,6 +39,13 @@ impl<'a> Interpreter<'a> {
         expr: Option<&Expr>,
         tool: &Value,
     ) -> Result<ToolFrame, String> {
+        if let (Some(why), Some(tcp)) = (tool.is_rest(), self.settings.tcp) {
+            // A load alone says nothing of where it ends.
+            let is_frame = !matches!(tool.part(1, "a tool"), Ok(Value::Unknown(_)));
+            let code = if is_frame { Code::ChangeIgnored } else { self.code_of_assumed(expr) };
+            self.log.warning(code, line, format!("tool: {why}; the job's tcp is used"));
+            return Ok((tcp, Holds::Tool));
+        }
         match (tool, self.settings.tcp) {
             (Value::Tool0, _) => Ok((self.own_frames()[0].unwrap_or_default(), Holds::Tool)),
             (Value::Unknown(why), Some(tcp)) => {
@@ -69,7 +80,16 @@ impl<'a> Interpreter<'a> {
         given: Option<&Value>,
         args: &'a Args,
     ) -> Result<WorkObject, String> {
-        match (given.unwrap_or(&Value::Wobj0), self.settings.work_object) {
+        let object = given.unwrap_or(&Value::Wobj0);
+        if let (Some(why), Some(frame)) = (object.is_rest(), self.settings.work_object) {
+            let what = format!(
+                "work object: {why}; the job's work_object is used, and not what the program sets \
+                 of it"
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+            return Ok(WorkObject::fixed(frame));
+        }
+        match (object, self.settings.work_object) {
             (Value::Wobj0, _) if self.stands_for.work_object => Ok(WorkObject::default()),
             (Value::Wobj0, frame) => {
                 if given.is_some() && frame.is_some() {

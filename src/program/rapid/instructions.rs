@@ -59,7 +59,7 @@ pub(super) fn sounds_like_motion(key: &str) -> bool {
 
 /// Instructions without motion of their own and without effect on later motion.
 pub(super) fn is_ignored(key: &str) -> bool {
-    const IGNORED: [&str; 91] = [
+    const IGNORED: [&str; 94] = [
         "accset",
         "actunit",
         "add",
@@ -108,6 +108,7 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "readanybin",
         "reset",
         "resetaxisdistance",
+        "restopath",
         "rewind",
         "save",
         "setallgo",
@@ -123,6 +124,8 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "startload",
         "stop",
         "stopmove",
+        "stopmovereset",
+        "storepath",
         "startmove",
         "systemstopaction",
         "toolrot",

@@ -1,11 +1,11 @@
 //! The state of a program that runs: its data, what it has called, where the last motion went.
 
-use std::cell::OnceCell;
-use std::collections::{HashMap, HashSet};
+use std::cell::{OnceCell, RefCell};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::carried::WorkObject;
+use super::carried::{UnitOff, WorkObject};
 use super::syntax::{Expr, File};
 use super::timed::Timed;
 use super::value::Value;
@@ -81,6 +81,12 @@ pub(super) struct Interpreter<'a> {
     pub(super) stands: bool,
     /// The joints behind it, if they are known, degrees.
     pub(super) joints_now: Option<[f64; 6]>,
+    /// Whether the last move may still run: `\Conc` stands there, and nothing has waited for it.
+    pub(super) runs_on: bool,
+    /// Whether `StopMove` holds the arm on its way.
+    pub(super) is_stopped: bool,
+    /// Units that are switched off.
+    pub(super) off: Vec<UnitOff>,
     /// Outputs that the program has set, by name in lower case.
     pub(super) outputs: HashMap<String, f64>,
     pub(super) timed: Timed<'a>,
@@ -93,6 +99,11 @@ pub(super) struct Interpreter<'a> {
     pub(super) analog: Analog,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
+    /// Names of which the job's word has counted.
+    pub(super) heeded: RefCell<HashSet<String>>,
+    /// Names that the job assumes and of which the program has asked its own value: as written, and
+    /// the first line that asks.
+    pub(super) own_values: BTreeMap<&'a str, (&'a str, usize)>,
     /// Data that no file declares, as the program sets them.
     pub(super) assigned: HashMap<&'a str, Value>,
     /// Conditions that have been looked at for what others set.
@@ -147,6 +158,9 @@ impl<'a> Interpreter<'a> {
             turning: Some(Turning::WithArc),
             active_object: WorkObject::default(),
             stands: true,
+            runs_on: false,
+            is_stopped: false,
+            off: Vec::new(),
             joints_now: None,
             outputs: HashMap::new(),
             timed: Timed::of(file),
@@ -154,6 +168,8 @@ impl<'a> Interpreter<'a> {
             setter_outputs: HashMap::new(),
             in_setters: 0,
             analog: Analog::default(),
+            heeded: RefCell::new(HashSet::new()),
+            own_values: BTreeMap::new(),
             assigned: HashMap::new(),
             asked_of_others: HashSet::new(),
             starts_again: false,

@@ -9,6 +9,7 @@
 
 mod calls;
 mod carried;
+mod constants;
 mod cursor;
 mod cycles;
 mod ends;
@@ -29,9 +30,11 @@ mod parser;
 mod run;
 mod set_by;
 mod shared;
+mod stops;
 mod syntax;
 mod timed;
 mod traps;
+mod units;
 mod value;
 mod walk;
 

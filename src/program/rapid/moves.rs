@@ -12,13 +12,16 @@ use super::value::{NO_AXIS, Value, from_pose, pose};
 use super::walk::Named;
 use crate::motion::{Configuration, Target, Turning, Work};
 use crate::notes::Code;
-use crate::program::Pace;
 use crate::program::log::States;
 use crate::program::span::Span;
+use crate::program::{Pace, Settings};
 use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
 /// Joints that a jointtarget has.
 const ROBOT_AXES: usize = 6;
+
+/// Why the configuration of where the arm is is not known; the path goes on in it.
+const OF_THE_RUN: &str = "the arm configuration is that of the run";
 
 /// External axes in the order of extjoint.
 const EXTERNAL: [&str; ROBOT_AXES] = ["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"];
@@ -45,7 +48,10 @@ impl<'a> Interpreter<'a> {
         };
         let (tcp, holds) = self.tool_centre_point(line, tool)?;
         let zone = args.positional.iter().take_while(|own| !std::ptr::eq(*own, tool)).last();
-        let stops = option("inpos").is_some() || zone.is_some_and(|zone| self.stops(zone));
+        let stops = match option("inpos") {
+            Some(data) => data.part(1, "stoppointdata").and_then(Value::bool) == Ok(true),
+            None => zone.is_some_and(|zone| self.stops(zone)),
+        };
         self.names_tool(line, tool, args);
         if holds == Holds::Work {
             let what = "the tool stands (robhold FALSE): the tip carries the gripper with the \
@@ -60,7 +66,7 @@ impl<'a> Interpreter<'a> {
             Way::Circular => Some(self.eval(at(1, "the end of the arc")?)),
             _ => None,
         };
-        self.stands = stops;
+        self.goes(stops, option("conc").is_some());
         if way == Way::AbsoluteJoints {
             let joints = self.joints(&first)?;
             self.log.configure(None);
@@ -85,6 +91,7 @@ impl<'a> Interpreter<'a> {
             let pace =
                 self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
+            self.stand(line, option("inpos"));
             return Ok(());
         }
         self.tell_own_frames(line, way, tool, option("wobj"));
@@ -99,6 +106,9 @@ impl<'a> Interpreter<'a> {
             (None, _) => (first, Target::Line(place)),
         };
         let asked = self.monitors[usize::from(way != Way::Joint)];
+        if asked {
+            self.doubt_configuration(line, &last);
+        }
         let asked = asked.then(|| self.configuration(&last)).flatten();
         self.log.configure(asked);
         let gripped_in = if holds == Holds::Tool { tcp } else { object.frame };
@@ -108,6 +118,7 @@ impl<'a> Interpreter<'a> {
         (self.active_object, self.joints_now) = (object, None);
         let pace = self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
         self.log.motion(line, to, tcp, pace);
+        self.stand(line, option("inpos"));
         Ok(())
     }
 
@@ -229,11 +240,15 @@ impl<'a> Interpreter<'a> {
 
     /// `CJointT()`: the joints of the last target.
     pub(super) fn current_joints(&self) -> Result<Value, String> {
-        let joints = self.joints_now.ok_or(
-            "CJointT: the joints are known behind MoveAbsJ alone, as the reader does not work them \
-             out",
-        )?;
-        Ok(Value::List(vec![Value::nums(&joints), self.where_external()]))
+        const WHY: &str = "CJointT: the joints are known behind MoveAbsJ alone, as the reader does \
+                           not work them out";
+        let joints = match self.joints_now {
+            Some(joints) => Value::nums(&joints),
+            // Where the external axes are the targets say.
+            None if self.log.has_moved() => Value::unknown(WHY),
+            None => return Err(WHY.to_owned()),
+        };
+        Ok(Value::List(vec![joints, self.where_external()]))
     }
 
     /// Whether a zone is that of a stop: `fine`, or zonedata that say so.
@@ -245,8 +260,8 @@ impl<'a> Interpreter<'a> {
     pub(super) fn doubt_where(&mut self, function: &Name) {
         if !self.stands && self.log.has_moved() {
             let what = format!(
-                "{} asks for where the arm is behind a move that does not stop (fine): the end of \
-                 that move is taken",
+                "{} asks for where the arm is behind a move for whose end the program does not \
+                 wait (fine, without \\Conc): the end of that move is taken",
                 function.shown
             );
             self.log.warning(Code::MotionLeftOut, self.line, what);
@@ -260,10 +275,16 @@ impl<'a> Interpreter<'a> {
         args: &'a Args,
         options: &[(String, Value)],
     ) -> Result<Value, String> {
-        let last = self.log.last().ok_or_else(|| match self.log.has_moved() {
-            true => "the pose behind a motion to joints is not worked out by the reader",
-            false => "the robot's position is known only at run time",
-        })?;
+        let Some(last) = self.log.last() else {
+            if !self.log.has_moved() {
+                return Err("the robot's position is known only at run time".to_owned());
+            }
+            // Where the external axes are a jointtarget says.
+            let why = "the pose behind a motion to joints is not worked out by the reader";
+            let [at, turned] = [Value::unknown(why), Value::unknown(why)];
+            let found = Value::unknown(OF_THE_RUN);
+            return Ok(Value::List(vec![at, turned, found, self.where_external()]));
+        };
         let find = |wanted: &str| options.iter().find(|(name, _)| name == wanted);
         let line = self.line;
         let (tcp, holds) = match find("tool") {
@@ -279,7 +300,7 @@ impl<'a> Interpreter<'a> {
         let at = object.frame.inverse() * last.seen_from(&work, &tcp);
         let [translation, rotation] = from_pose(&at);
         let external = self.where_external();
-        let found = Value::unknown("the arm configuration is that of the run");
+        let found = Value::unknown(OF_THE_RUN);
         Ok(Value::List(vec![translation, rotation, found, external]))
     }
 
@@ -306,6 +327,21 @@ impl<'a> Interpreter<'a> {
             .then(|| Configuration { shown: format!("confdata [{shown}]"), joints: joints.into() })
     }
 
+    /// Of a target of which the program has set other parts alone.
+    fn doubt_configuration(&mut self, line: usize, target: &Value) {
+        let is_open = |value: &&Value| matches!(value, Value::Unknown(_));
+        let why = match target.part(2, "a confdata") {
+            Ok(Value::Unknown(why)) if &**why != OF_THE_RUN => why.to_string(),
+            Ok(Value::List(quadrants)) => match quadrants.iter().find(is_open).map(Value::num) {
+                Some(Err(why)) => why,
+                _ => return,
+            },
+            _ => return,
+        };
+        let what = format!("the arm configuration of the target is not known: {why}");
+        self.log.warning(Code::AxisIgnored, line, what);
+    }
+
     /// The robot's axes of a jointtarget, degrees.
     fn six_axes(&self, value: &Value) -> Option<[f64; ROBOT_AXES]> {
         value.part(0, "a jointtarget").and_then(|axes| axes.numbers("the robot's axes")).ok()
@@ -323,16 +359,35 @@ impl<'a> Interpreter<'a> {
     }
 
     fn external_axes(&mut self, external: Option<&Value>) -> Result<(), String> {
-        let Some(Value::List(values)) = external else { return Ok(()) };
+        let values = match external {
+            Some(Value::List(values)) => values,
+            Some(Value::Unknown(why)) => return self.doubt_external(why),
+            _ => return Ok(()),
+        };
         for (name, value) in EXTERNAL.into_iter().zip(values) {
             match value {
                 Value::Num(value) if value.abs() < NO_AXIS => {
-                    self.external.place(self.log, name, *value)?;
+                    if !self.stays(name, *value) {
+                        self.external.place(self.log, name, *value)?;
+                    }
                 }
                 Value::Num(_) => {}
                 other => drop(other.num().map_err(|why| format!("{name}: {why}"))?),
             }
         }
+        Ok(())
+    }
+
+    /// External axes that are not known: a fault where the job has any that may move.
+    fn doubt_external(&mut self, why: &str) -> Result<(), String> {
+        let Settings { external_axes, mechanical_units, .. } = self.settings;
+        if !(external_axes.is_empty() && mechanical_units.is_empty()) {
+            return Err(format!("external axes: {why}"));
+        }
+        let what = format!(
+            "the external axes of the target are not known: {why}; they are taken to stand"
+        );
+        self.log.warning(Code::AxisIgnored, self.line, what);
         Ok(())
     }
 

@@ -6,6 +6,7 @@ use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Name, Optional};
 use super::timed::SETS;
 use super::value::Value;
+use crate::notes::Code;
 
 /// Functions that read a signal, their argument.
 const READ: [&str; 9] = [
@@ -121,8 +122,37 @@ impl<'a> Interpreter<'a> {
 
     /// What the job assumes of a name.
     pub(super) fn assumed(&self, key: &str) -> Option<Value> {
-        let own = self.settings.assume.get(key).filter(|_| !self.forgotten.contains(key));
-        own.map(|assumed| Value::from(*assumed))
+        let own = self.settings.assume.get(key).filter(|_| !self.forgotten.contains(key))?;
+        self.heed(key);
+        Some(Value::from(*own))
+    }
+
+    /// The job's word of a name counts.
+    pub(super) fn heed(&self, key: &str) {
+        if !self.heeded.borrow().contains(key) {
+            self.heeded.borrow_mut().insert(key.to_owned());
+        }
+    }
+
+    /// The program has a value of its own for what it asks for.
+    pub(super) fn keep_own_value(&mut self, name: &'a Name, value: &Value) {
+        let is_known = !matches!(value, Value::Unknown(_) | Value::Absent);
+        if is_known && self.settings.assume.contains_key(&name.key) {
+            self.own_values.entry(&name.key).or_insert((&name.shown, self.line));
+        }
+    }
+
+    /// Tells of what the job assumes in vain.
+    pub(super) fn tell_unheeded(&mut self) {
+        for (key, (shown, line)) in std::mem::take(&mut self.own_values) {
+            if !self.heeded.borrow().contains(key) {
+                let what = format!(
+                    "the job assumes '{shown}', which has no effect on this program: where it asks \
+                     it has a value of its own for it (0, FALSE or \"\" if it has set none)"
+                );
+                self.log.warning(Code::Unused, line, what);
+            }
+        }
     }
 
     /// What the program has set an output to.

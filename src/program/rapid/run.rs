@@ -72,6 +72,7 @@ impl<'a> Interpreter<'a> {
         let flow = self.call_routine(routine, args);
         self.tell_who_moves(routine);
         self.doubt_next_cycles(routine, args, &flow);
+        self.tell_unheeded();
     }
 
     pub(super) fn block(&mut self, block: &'a Block) -> Flow {
@@ -209,6 +210,7 @@ impl<'a> Interpreter<'a> {
     ) {
         let blocks: Vec<&'a Block> = blocks.collect();
         self.doubt_open(line, &blocks);
+        self.heed_open(line, &blocks);
         let asked = self.effect_of_functions(functions_of(conditions), &mut HashSet::new());
         let effects =
             blocks.into_iter().map(|block| self.effect(block, false, &mut HashSet::new()));
@@ -373,7 +375,7 @@ impl<'a> Interpreter<'a> {
         self.assigned.insert(key, value);
     }
 
-    fn is_declared(&self, key: &str) -> bool {
+    pub(super) fn is_declared(&self, key: &str) -> bool {
         self.frames.last().is_some_and(|frame| frame.contains_key(key))
             || self.file.data.contains_key(key)
     }
@@ -431,7 +433,7 @@ impl<'a> Interpreter<'a> {
         }
         match key {
             "waittime" => self.wait(line, args),
-            "waitrob" | "stop" => self.stands = true,
+            "waitrob" | "stop" => self.waits(),
             "exit" | "systemstopaction" => return Flow::Exit,
             "exitcycle" => {
                 self.starts_again = true;
@@ -446,7 +448,10 @@ impl<'a> Interpreter<'a> {
                 return Flow::Exit;
             }
             "velset" => self.velset(line, args),
-            "speedrefresh" => self.speed_refresh(line, args),
+            "speedrefresh" => {
+                self.doubt_beside(Code::ChangeIgnored, line, &name.shown);
+                self.speed_refresh(line, args);
+            }
             GRIP => self.grip(line, args),
             "mechunitload" => self.load_of_unit(line, args),
             CIR_PATH_MODE => self.turning = turning(args),
@@ -482,26 +487,16 @@ impl<'a> Interpreter<'a> {
             _ => {
                 match key {
                     "waituntil" => self.waited(args),
+                    "actunit" => self.switch_on(args),
+                    "deactunit" => self.switch_off(args, true),
                     _ => self.run_functions(key, args),
                 }
+                self.heed_stop(line, name);
                 self.fill(name, args);
                 self.note_what_is_left_out(line, name, args);
             }
         }
         Flow::Next
-    }
-
-    /// `WaitTime 2;`: the arm stands.
-    fn wait(&mut self, line: usize, args: &'a Args) {
-        self.stands |= args.optional.iter().any(|(name, _)| name == "inpos");
-        match args.positional.first().map(|expr| self.eval(expr).num()) {
-            Some(Ok(seconds)) => self.log.dwell(line, seconds),
-            Some(Err(why)) => {
-                let what = format!("WaitTime: {why}; the time is left out");
-                self.log.warning(Code::LeftOut, line, what);
-            }
-            None => self.log.error(Code::Motion, line, "WaitTime: the time is missing"),
-        }
     }
 
     /// `MechUnitLoad` says what an external unit carries, which counts where the job has it as a

@@ -17,7 +17,7 @@ use crate::program::{SetBy, Setter, Settings};
 fn value_set<'a>(by: &SetBy, name: &Name, args: &'a Args) -> Option<&'a Expr> {
     match (&by.what, args.positional.as_slice()) {
         (Setter::Signal(signal), [Expr::Ref(path), value, ..])
-            if matches!(name.key.as_str(), "setao" | "setgo")
+            if matches!(name.key.as_str(), "setao" | "setgo" | "setdo")
                 && path.name.key == signal.to_lowercase() =>
         {
             Some(value)
@@ -29,6 +29,24 @@ fn value_set<'a>(by: &SetBy, name: &Name, args: &'a Args) -> Option<&'a Expr> {
         }
         _ => None,
     }
+}
+
+/// Whether an instruction has the signal of the job for its first argument.
+fn is_of_signal(by: &SetBy, args: &Args) -> bool {
+    match (&by.what, args.positional.first()) {
+        (Setter::Signal(signal), Some(Expr::Ref(path))) => path.name.key == signal.to_lowercase(),
+        _ => false,
+    }
+}
+
+/// What `Set` and `Reset` set a signal of the job to.
+fn switched(by: &SetBy, name: &Name, args: &Args) -> Option<f64> {
+    let value = match name.key.as_str() {
+        "set" => 1.0,
+        "reset" => 0.0,
+        _ => return None,
+    };
+    is_of_signal(by, args).then_some(value)
 }
 
 /// Names in what the program gives to what sets something.
@@ -70,6 +88,14 @@ pub(super) fn setter_outputs<'a>(
     found
 }
 
+/// Of doubts about what is set.
+fn code_of(sets: Sets) -> Code {
+    match sets {
+        Sets::Spindle => Code::SpindleCommand,
+        Sets::Tool => Code::ChangeIgnored,
+    }
+}
+
 impl<'a> Interpreter<'a> {
     /// An output that is set elsewhere than in the procedure from which the job reads it: a doubt,
     /// but where it is set to 0.
@@ -78,9 +104,9 @@ impl<'a> Interpreter<'a> {
         if self.in_setters > 0 || value == Some(0.0) {
             return;
         }
-        let (code, read) = match sets {
-            Sets::Spindle => (Code::SpindleCommand, "the spindle's speed"),
-            Sets::Tool => (Code::ChangeIgnored, "the tool"),
+        let read = match sets {
+            Sets::Spindle => "the spindle's speed",
+            Sets::Tool => "the tool",
         };
         let what = format!(
             "'{}' is set here, too, by which '{procedure}' sets {read}: what it is set to \
@@ -88,7 +114,7 @@ impl<'a> Interpreter<'a> {
             output.shown
         );
         self.log.sets(line);
-        self.log.warning(code, line, what);
+        self.log.warning(code_of(sets), line, what);
     }
 
     /// Whether the call sets something; then it is done.
@@ -96,7 +122,11 @@ impl<'a> Interpreter<'a> {
         let settings = self.settings;
         let mut done = false;
         for (sets, by) in all(settings) {
-            let Some(value) = value_set(by, name, args) else { continue };
+            let (value, switched) = (value_set(by, name, args), switched(by, name, args));
+            if value.is_none() && switched.is_none() {
+                self.doubt_pulse(line, (sets, by), name, args);
+                continue;
+            }
             done = true;
             if let (Setter::Signal(signal), true) = (&by.what, self.is_late(args)) {
                 let what = format!(
@@ -104,20 +134,47 @@ impl<'a> Interpreter<'a> {
                      on which move, and the value is not read"
                 );
                 self.log.sets(line);
-                let code = match sets {
-                    Sets::Spindle => Code::SpindleCommand,
-                    Sets::Tool => Code::ChangeIgnored,
-                };
-                self.log.warning(code, line, what);
+                self.log.warning(code_of(sets), line, what);
                 continue;
             }
-            let span = self.literal(value);
+            self.doubt_beside(code_of(sets), line, &name.shown);
+            // A digital output is on or off, and no number in the text can be another.
+            let is_digital = name.key == "setdo";
+            let span = value.filter(|_| !is_digital).and_then(|value| self.literal(value));
             // A group of outputs takes whole numbers.
-            let whole = name.key == "setgo";
-            let given = Given { value: self.eval(value).num(), span, whole };
+            let whole = matches!(name.key.as_str(), "setgo" | "setdo" | "set" | "reset");
+            let number = value.map_or(Ok(switched.unwrap_or_default()), |value| {
+                let number = self.eval(value).num()?;
+                Ok(if is_digital { f64::from(u8::from(number != 0.0)) } else { number })
+            });
+            let given = Given { value: number, span, whole };
             set(self.log, line, sets, given, by.per_unit);
         }
         done
+    }
+
+    /// Of instructions that switch the signal of the job, and of which it is not read to what.
+    fn doubt_pulse(&mut self, line: usize, (sets, by): (Sets, &SetBy), name: &Name, args: &Args) {
+        if !matches!(name.key.as_str(), "pulsedo" | "invertdo") || !is_of_signal(by, args) {
+            return;
+        }
+        let what = format!(
+            "{} switches the signal that the job reads, and to what it does is not read: Set, \
+             Reset, SetDO, SetGO and SetAO are",
+            name.shown
+        );
+        self.log.sets(line);
+        self.log.warning(code_of(sets), line, what);
+    }
+
+    /// A line that asks for the signal of the job, which the program has set, does not set it.
+    pub(super) fn asks_for_own(&mut self, args: &Args) {
+        if let Some(Expr::Ref(path)) = args.positional.first()
+            && self.would_assign(path)
+            && self.output(&path.name.key).is_some()
+        {
+            self.log.sets(self.line);
+        }
     }
 
     /// Whether an output gets its value after a delay that is not known to be zero.
@@ -140,6 +197,9 @@ impl<'a> Interpreter<'a> {
 
     /// Whether an assignment sets something; then it is done.
     pub(super) fn assigns_setter(&mut self, line: usize, path: &Path, given: Given) -> bool {
+        if self.would_assign(path) {
+            self.doubt_beside(Code::SpindleCommand, line, &path.name.shown);
+        }
         self.would_assign(path) && set_by_name(self.settings, self.log, line, &path.name.key, given)
     }
 
@@ -154,6 +214,7 @@ impl<'a> Interpreter<'a> {
 
     /// Whether a call would set something.
     pub(super) fn would_set(&self, name: &Name, args: &Args) -> bool {
-        all(self.settings).any(|(_, by)| value_set(by, name, args).is_some())
+        let sets = |by| value_set(by, name, args).is_some() || switched(by, name, args).is_some();
+        all(self.settings).any(|(_, by)| sets(by))
     }
 }

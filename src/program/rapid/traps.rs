@@ -12,16 +12,13 @@ use super::walk::{blocks_in, functions_in, names_in, statements_in};
 use crate::notes::Code;
 
 /// Instructions that traps use and that neither move nor change later motion.
-const QUIET: [&str; 15] = [
-    "storepath",
-    "restopath",
+const QUIET: [&str; 12] = [
     "gettrapdata",
     "readerrdata",
     "ierror",
     "ipers",
     "ivarvalue",
     "exit",
-    "exitcycle",
     "raise",
     "trynext",
     "retry",
@@ -98,6 +95,9 @@ impl<'a> Interpreter<'a> {
     /// A datum of the module that a trap sets.
     fn trap(&mut self, name: &'a Name) {
         let assumed = self.settings.assume.get(&name.key).map(|own| Value::from(*own));
+        if assumed.is_some() {
+            self.heed(&name.key);
+        }
         let value = assumed.unwrap_or_else(|| {
             let what = "a TRAP sets it when its interrupt comes: known only at run time";
             Value::unknown(format!("'{}': {what}", name.shown))
@@ -112,6 +112,8 @@ impl<'a> Interpreter<'a> {
     fn unread(&self, body: &'a Block) -> Option<String> {
         let mut seen: HashSet<&str> = HashSet::new();
         let mut open: Vec<&'a What> = body.iter().map(|statement| &statement.what).collect();
+        // What is stopped or put aside, and not taken up again.
+        let mut called: HashSet<&str> = HashSet::new();
         while let Some(what) = open.pop() {
             let mut bodies = blocks_in(what);
             let not_read =
@@ -134,16 +136,33 @@ impl<'a> Interpreter<'a> {
                         return Some("moves the robot".to_owned());
                     } else if matches!(key, "velset" | "speedrefresh" | "gripload") {
                         return Some(format!("changes motion by {}", name.shown));
+                    } else if let Some(ends) = ends(key) {
+                        return Some(format!("{ends} by {}", name.shown));
                     } else if !is_ignored(key) && !QUIET.contains(&key) {
                         return not_read(&name.shown);
                     }
+                    called.insert(key);
                 }
                 What::NotUnderstood(_) => return Some("does what is not understood".to_owned()),
                 _ => {}
             }
             open.extend(bodies.into_iter().flatten().map(|statement| &statement.what));
         }
-        None
+        let is_left = |from: &str, to: &str| called.contains(from) && !called.contains(to);
+        if is_left("stopmove", "startmove") {
+            return Some("stops the arm by StopMove".to_owned());
+        }
+        is_left("storepath", "restopath").then(|| "puts the path aside by StorePath".to_owned())
+    }
+}
+
+/// What an instruction does that ends the move under way, the path or the program.
+fn ends(key: &str) -> Option<&'static str> {
+    match key {
+        "clearpath" | "stopmovereset" => Some("drops the rest of the path"),
+        "exitcycle" => Some("starts the program again"),
+        "stop" => Some("stops the program"),
+        _ => None,
     }
 }
 

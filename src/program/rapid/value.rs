@@ -142,6 +142,18 @@ impl Value {
         }
     }
 
+    /// Why the rest is not known of a record of which a part was set and nothing else is known, its
+    /// first component least of all.
+    pub(super) fn is_rest(&self) -> Option<&str> {
+        match self {
+            Self::List(parts) => match parts.first() {
+                Some(Self::Unknown(why)) => Some(why),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
     fn instead_of(&self, expected: &str) -> String {
         match self {
             Self::Unknown(why) => why.to_string(),
@@ -278,6 +290,19 @@ fn built_in_fields(kind: &str) -> Option<&'static [(&'static str, &'static str)]
             ("zone_leax", "num"),
             ("zone_reax", "num"),
         ],
+        "stoppointdata" => &[
+            ("type", "num"),
+            ("progsynch", "bool"),
+            ("inpos", "inposdata"),
+            ("stoptime", "num"),
+            ("followtime", "num"),
+            ("signal", "string"),
+            ("relation", "num"),
+            ("checkvalue", "num"),
+        ],
+        "inposdata" => {
+            &[("position", "num"), ("speed", "num"), ("mintime", "num"), ("maxtime", "num")]
+        }
         _ => return None,
     };
     Some(fields)

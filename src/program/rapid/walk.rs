@@ -31,6 +31,23 @@ pub(super) fn statements_in<'a>(
     })
 }
 
+/// What is called in blocks, and in the procedures of the files that they call, and is in no file.
+pub(super) fn calls_in<'a>(file: &'a File, blocks: &[&'a Block]) -> Vec<(&'a Name, &'a Args)> {
+    let mut seen: HashSet<&str> = HashSet::new();
+    let (mut open, mut found) = (blocks.to_vec(), Vec::new());
+    while let Some(block) = open.pop() {
+        for what in statements_in(std::iter::once(block)) {
+            let What::Call(name, args) = what else { continue };
+            match file.procedures.get(&name.key) {
+                Some(routine) if seen.insert(&name.key) => open.push(&routine.body),
+                Some(_) => {}
+                None => found.push((name, args)),
+            }
+        }
+    }
+    found
+}
+
 /// The procedures that may run, by name in lower case: the one that the program starts with,
 /// `main`, and all that these, functions and traps name, in calls, texts and handlers of errors.
 /// `None` where a name is worked out.

@@ -2,14 +2,14 @@
 
 use detune::motion::Target;
 use detune::notes::Code;
-use detune::program::{Dialect, Settings, Spindle, SpindleCommand, read};
+use detune::program::{Dialect, Program, Settings, Spindle, SpindleCommand, read};
 use nalgebra::Vector3;
 
 use super::support::{assert_ends, assert_pose, at, end, ended, faults, lines, pose, settings};
 
 const CONTOUR: &[u8] = include_bytes!("../../data/programs/contour.apt");
 
-fn apt(text: &str) -> detune::program::Program {
+fn apt(text: &str) -> Program {
     read(ended(text, Dialect::Apt).as_bytes(), Dialect::Apt, &settings()).unwrap()
 }
 
@@ -300,4 +300,251 @@ fn camworks_writes_coordinates_of_the_world_and_pecks() {
     let mixed = text.replacen("TRNTYP/WORLD,0,0,0\nCSYS/-1", "TRNTYP/LOCAL,0,0,0\nCSYS/-1", 1);
     let found = read(mixed.as_bytes(), Dialect::Apt, &settings()).unwrap_err();
     assert!(found[0].what.contains("between WORLD and LOCAL"), "{found:?}");
+}
+
+/// CATIA gives the tool axis behind the three ways, as GOTO does; it holds from there on.
+#[test]
+fn a_relative_move_may_turn_the_tool() {
+    let to = |step: &str| {
+        format!("UNITS/MM\nMULTAX\nFROM/0,0,0,0,0,1\nFEDRAT/500,MMPM\n{step}\nGOTO/20,0,0")
+    };
+    let program = apt(&to("GODLTA/10,0,0,0.6,0,0.8"));
+    assert_ends(
+        &program,
+        &[('L', [0.0, 0.0, 0.0]), ('L', [10.0, 0.0, 0.0]), ('L', [20.0, 0.0, 0.0])],
+    );
+    for (index, axis) in [(0, [0.0, 0.0, 1.0]), (1, [0.6, 0.0, 0.8]), (2, [0.6, 0.0, 0.8])] {
+        // The tool points along its −z.
+        let found = end(&program.moves[index]).1.rotation * -Vector3::z();
+        assert!((found - Vector3::from(axis)).norm() < 1e-9, "{index}: {found}");
+    }
+    let along = apt(&to("GOTO/0,0,0,0.6,0,0.8\nGODLTA/10"));
+    let found = end(&along.moves[2]).1.translation.vector;
+    assert!((found - Vector3::new(0.006, 0.0, 0.008)).norm() < 1e-12, "{found}");
+    for (step, said) in [
+        ("GODLTA/10,0,0,0.6,0,0.9", "length 1.0817"),
+        ("GODLTA/10,0", "or one number, along the tool axis"),
+        ("GODLTA/10,0,0,0.6", "or one number, along the tool axis"),
+        ("GODLTA/10,0,0,0.6,0,0.8,1", "or one number, along the tool axis"),
+        ("GODLTA", "or one number, along the tool axis"),
+    ] {
+        let found = faults(&to(step), Dialect::Apt);
+        assert_eq!((at(&found[0]), found.len()), (5, 1), "{step}: {found:?}");
+        assert!(found[0].what.contains(said), "{step}: {found:?}");
+    }
+    // The axis of MULTAX/OFF is not asked for where the move gives its own.
+    let off = "GOTO/0,0,0,0.6,0,0.8\nMULTAX/OFF\nGODLTA/10,0,0";
+    assert_eq!(told(&apt(&to(off)), Code::ChangeIgnored), [6]);
+    assert_eq!(told(&apt(&to(&format!("{off},0,0,1"))), Code::ChangeIgnored), NONE);
+}
+
+const NONE: [usize; 0] = [];
+
+/// The lines of the notes of a kind.
+fn told(program: &Program, code: Code) -> Vec<usize> {
+    program.warnings.iter().filter(|note| note.code == code).map(at).collect()
+}
+
+/// The title of Creo's files, as the first line.
+const CREO: &str = "$$*          Pro/CLfile  Version 8.0 - 8.0.3.0\n";
+
+/// From 50 mm over two holes, each with its x, the heights below in mm.
+fn assert_holes(cycle: &str, heights: [&[f64]; 2]) -> Program {
+    let text = format!("UNITS/MM\nFROM/10,0,50\n{cycle}\nGOTO/10,0,0\nGOTO/20,0,0");
+    let program = apt(&format!("{CREO}{text}"));
+    let places = [(10.0, heights[0]), (20.0, heights[1])].into_iter().flat_map(|(x, heights)| {
+        heights.iter().map(move |z| ('L', [x, 0.0, *z])).collect::<Vec<_>>()
+    });
+    let start = [('L', [10.0, 0.0, 50.0])];
+    assert_ends(&program, &start.into_iter().chain(places).collect::<Vec<_>>());
+    program
+}
+
+/// PTC, CL Output for Holemaking Cycles: RAPTO is a further rapid way as measured from CLEAR toward
+/// the point of the hole; RETURN programmed at 0 is back to the retract plane.
+#[test]
+fn rapto_of_creo_counts_from_clear_and_return_0_goes_to_the_retract_plane() {
+    let drill = |words: &str| format!("CYCLE/DRILL,DEPTH,10,MMPM,100,CLEAR,25,RAPTO,22{words}");
+    let out = [3.0, -10.0, 3.0];
+    let plane = [&out[..], &[50.0]].concat();
+    let program = assert_holes(&drill(",RETURN,0"), [&plane, &[&[50.0], &plane[..]].concat()]);
+    assert_eq!(told(&program, Code::UnitAssumed), NONE);
+    assert_eq!(told(&program, Code::ChangeIgnored), NONE);
+    // The feed begins 3 mm over the point.
+    let feeds = program.moves.iter().map(|own| (own.feed_m_per_s * 6e4).round() < 101.0);
+    assert_eq!(feeds.filter(|is_feed| *is_feed).count(), 2);
+    let clear = [&out[..], &[25.0]].concat();
+    assert_holes(&drill(""), [&clear, &[&[25.0], &clear[..]].concat()]);
+    let deep = "CYCLE/DEEP,DEPTH,10,STEP,6,MMPM,100,CLEAR,25,RAPTO,22,RETURN,0";
+    let pecks = [3.0, -6.0, 3.0, -6.0, -10.0, 3.0, 50.0];
+    assert_holes(deep, [&pecks, &[&[50.0], &pecks[..]].concat()]);
+}
+
+#[test]
+fn where_rapto_and_return_are_not_sure_they_are_doubts() {
+    let read = |head: &str, cycle: &str| {
+        let holes = "GOTO/10,0,0\nCYCLE/OFF";
+        apt(&format!(
+            "{head}UNITS/MM\nFROM/10,0,50\nCYCLE/DRILL,DEPTH,10,MMPM,100,{cycle}\n{holes}"
+        ))
+    };
+    let doubts = |head: &str, cycle: &str| {
+        let program = read(head, cycle);
+        (told(&program, Code::UnitAssumed), told(&program, Code::ChangeIgnored))
+    };
+    let none = NONE.to_vec();
+    assert_eq!(doubts(CREO, "CLEAR,25,RAPTO,22,RETURN,0"), (none.clone(), none.clone()));
+    // Of another system, or below the point.
+    assert_eq!(doubts("", "CLEAR,25,RAPTO,22"), (vec![3], none.clone()));
+    assert_eq!(doubts("", "CLEAR,25,RETURN,0"), (none.clone(), vec![3]));
+    assert_eq!(doubts("", "RAPTO,22,RTRCTO,25"), (none.clone(), none.clone()));
+    assert_eq!(doubts(CREO, "RAPTO,22"), (vec![4], none.clone()));
+    assert_eq!(doubts(CREO, "CLEAR,2,RAPTO,3"), (vec![4], none.clone()));
+    // The tool comes from below CLEAR, so that this is not the retract plane.
+    assert_eq!(doubts(CREO, "CLEAR,60,RETURN,0"), (none.clone(), vec![5]));
+    // Behind another cycle the retract plane is its own, or not known.
+    let second = |words: &str| {
+        format!("CLEAR,25{words}\nGOTO/10,0,0\nCYCLE/OFF\nCYCLE/DRILL,DEPTH,10,CLEAR,25,RETURN,0")
+    };
+    assert_eq!(doubts(CREO, &second("")), (none.clone(), vec![7]));
+    assert_eq!(doubts(CREO, &second(",RETURN,0")), (none.clone(), none));
+    let text = "UNITS/MM\nFROM/0,0,50\nCYCLE/DRILL,DEPTH,10,CLEAR,5,RAPTO,15\nGOTO/0,0,0";
+    let found = faults(&format!("{CREO}{text}"), Dialect::Apt);
+    assert_eq!((at(&found[0]), found.len()), (4, 1), "{found:?}");
+    assert!(found[0].what.contains("leads to the bottom"), "{found:?}");
+}
+
+/// `CYCLE/type,z,f,units,r,i`: the depth, the feed, its unit, rapid to r, the depth of a peck.
+#[test]
+fn the_fixed_format_of_creo_is_read_as_a_doubt() {
+    let cycle = "CYCLE/DEEP,10,100,MMPM,5,4";
+    let pecks = [5.0, -4.0, 5.0, -4.0, -8.0, 5.0, -8.0, -10.0, 5.0];
+    let program = assert_holes(cycle, [&pecks, &pecks]);
+    assert_eq!(told(&program, Code::UnitAssumed), [4]);
+    for (head, cycle) in [("", cycle), (CREO, "CYCLE/DRILL,10,100,MMPM,5,4")] {
+        let text = format!("{head}UNITS/MM\nFROM/0,0,50\n{cycle}\nGOTO/0,0,0");
+        let found = faults(&text, Dialect::Apt);
+        assert!(found[0].what.contains("in a file with Creo's header"), "{found:?}");
+    }
+}
+
+/// PTC, CL Output for Circular Interpolation: the GOTO statements behind CIRCLE specify the points
+/// on the arc, the last one its end. Start and end are tangent to lines.
+#[test]
+fn further_points_on_the_arc_are_of_it_in_creo_s_files_and_a_doubt_elsewhere() {
+    let text = |head: &str, behind: &str| {
+        format!(
+            "{head}UNITS/MM\nFROM/100,-30,0\nFEDRAT/500,MMPM\nGOTO/100,0,0\n\
+             CIRCLE/0,0,0,0,0,1,100\nGOTO/0,100,0\n{behind}"
+        )
+    };
+    let ways =
+        |program: &Program| -> String { program.moves.iter().map(|own| end(own).0).collect() };
+    let points = "GOTO/-100,0,0\nGOTO/-100,-30,0";
+    let creo = apt(&text(CREO, points));
+    assert_ends(
+        &creo,
+        &[
+            ('L', [100.0, -30.0, 0.0]),
+            ('L', [100.0, 0.0, 0.0]),
+            ('A', [0.0, 100.0, 0.0]),
+            ('A', [-100.0, 0.0, 0.0]),
+            ('L', [-100.0, -30.0, 0.0]),
+        ],
+    );
+    let Target::Arc { via, .. } = &creo.moves[3].to else { panic!("an arc") };
+    let half = 0.1 * std::f64::consts::FRAC_1_SQRT_2;
+    assert!((via.translation.vector - Vector3::new(-half, half, 0.0)).norm() < 1e-9, "{via}");
+    // A single one may be a D; a second shows how the file is written.
+    assert_eq!(told(&creo, Code::MotionLeftOut), [8]);
+    let second = "CIRCLE/-200,-30,0,0,0,-1,100\nGOTO/-200,-130,0\nGOTO/-300,-30,0\nGOTO/-300,9,0";
+    let both = apt(&text(CREO, &format!("{points}\n{second}")));
+    assert_eq!(ways(&both), "LLAALAAL");
+    assert_eq!(told(&both, Code::MotionLeftOut), NONE);
+    assert_eq!(told(&both, Code::UnitAssumed), NONE);
+    // Another arc has one point alone: that behind the first may be a line.
+    let another = "CIRCLE/-200,-30,0,0,0,-1,100\nGOTO/-200,-130,0\nGOTO/-250,-130,0";
+    let mixed = apt(&text(CREO, &format!("{points}\n{another}")));
+    assert_eq!(ways(&mixed), "LLAALAL");
+    assert_eq!(told(&mixed, Code::MotionLeftOut), [8]);
+    // Elsewhere it is a line.
+    let other = apt(&text("", points));
+    assert_eq!(ways(&other), "LLALL");
+    assert_eq!(told(&other, Code::MotionLeftOut), [7]);
+    // One of 2°, which is 0.015 mm off the arc; off the circle; at another height; behind a feed;
+    // further than once round.
+    let (sin, cos) = 2.0_f64.to_radians().sin_cos();
+    for behind in [
+        format!("GOTO/{},{},0", -100.0 * sin, 100.0 * cos),
+        "GOTO/-99,0,0".to_owned(),
+        "GOTO/-100,0,1".to_owned(),
+        "FEDRAT/400,MMPM\nGOTO/-100,0,0".to_owned(),
+        format!("GOTO/{},{},0", 100.0 * sin, 100.0 * cos),
+    ] {
+        let program = apt(&text("", &behind));
+        assert_eq!(ways(&program), "LLAL", "{behind}");
+        assert_eq!(told(&program, Code::MotionLeftOut), NONE, "{behind}");
+    }
+}
+
+/// END is M2 or M30.
+#[test]
+fn moves_behind_end_are_a_doubt_as_behind_fini() {
+    for stop in ["END", "end", "FINI"] {
+        let text =
+            format!("UNITS/MM\nFROM/0,0,0\nFEDRAT/300,MMPM\nGOTO/10,0,0\n{stop}\nGOTO/20,0,0");
+        let program = apt(&text);
+        assert_ends(&program, &[('L', [0.0, 0.0, 0.0]), ('L', [10.0, 0.0, 0.0])]);
+        assert_eq!(told(&program, Code::MotionLeftOut), [6], "{stop}");
+    }
+    let program = apt("UNITS/MM\nFROM/0,0,0\nFEDRAT/300,MMPM\nGOTO/10,0,0\nEND");
+    assert!(
+        program.warnings.iter().all(|note| note.code == Code::Assumed),
+        "{:?}",
+        program.warnings
+    );
+    let found = faults("UNITS/MM\nFROM/0,0,0\nEND GOTO/20,0,0", Dialect::Apt);
+    assert_eq!((at(&found[0]), found.len()), (3, 1), "{found:?}");
+}
+
+#[test]
+fn a_rapid_move_within_a_cycle_may_be_no_hole() {
+    let lines = |before: &str, within: &str| {
+        let cycle = "CYCLE/DRILL,DEPTH,10,MMPM,100,CLEAR,2";
+        let text = format!(
+            "UNITS/MM\nFROM/0,0,20\n{before}{cycle}\nGOTO/10,0,0\n{within}GOTO/40,0,0\nCYCLE/OFF\n\
+             RAPID\nGOTO/40,0,50"
+        );
+        told(&apt(&text), Code::MotionLeftOut)
+    };
+    assert_eq!(lines("", "RAPID\n"), [6]);
+    assert_eq!(lines("", "FEDRAT/RAPID\n"), [6]);
+    assert_eq!(lines("", ""), NONE);
+    assert_eq!(lines("RAPID\n", ""), NONE);
+    assert_eq!(lines("", "RAPID\nCYCLE/ON\n"), NONE);
+}
+
+/// As behind M6 and TOOL CALL.
+#[test]
+fn a_cut_behind_another_tool_with_the_spindle_as_before_is_a_doubt() {
+    let lines = |load: &str| {
+        let text = format!(
+            "UNITS/MM\nLOADTL/1\nSPINDL/3000,RPM,CLW\nFROM/0,0,20\nFEDRAT/300,MMPM\nGOTO/10,0,20\n\
+             {load}\nRAPID\nGOTO/15,0,20\nGOTO/20,0,20"
+        );
+        told(&apt(&text), Code::SpindleCommand)
+    };
+    assert_eq!(lines("LOADTL/2"), [10]);
+    assert_eq!(lines("LOAD/TOOL,2"), [10]);
+    for load in [
+        "LOADTL/1",
+        "TURRET/2",
+        "LOADTL/2\nSPINDL/900,RPM,CLW",
+        "LOADTL/2\nSPINDL/ON",
+        "LOADTL/2\nSPINDL/90,SMM",
+        "LOADTL/2\nAUXFUN/3",
+        "LOADTL/2,SPINDL,3000",
+    ] {
+        assert_eq!(lines(load), NONE, "{load}");
+    }
 }

@@ -351,3 +351,27 @@ fn a_speed_beside_g92_or_g50_is_refused() {
         assert!(found[0].what.contains("or its limit"), "{code}: {found:?}");
     }
 }
+
+/// The end of a cut completes the place: what it cuts on the way is not on the path.
+#[test]
+fn a_first_cut_from_an_unknown_height_is_a_doubt() {
+    let told = |text: &str, dialect: Dialect| {
+        let text = ended(text, dialect);
+        let program = read(text.as_bytes(), dialect, &settings()).unwrap();
+        let starts = |note: &&detune::notes::Note| {
+            note.what.contains("a move at feed from where ") && note.what.contains(" is not known")
+        };
+        program.warnings.iter().filter(starts).map(at).collect::<Vec<usize>>()
+    };
+    let plunge = "S3000 M3\nG0 X0 Y0\nG1 Z-20 F50\nG0 Z5\n";
+    assert_eq!(told(plunge, Dialect::GCode), [3]);
+    let sideways = "S3000 M3\nG0 X0 Z-2\nG1 Y20 F50\nG0 Z5\n";
+    assert_eq!(told(sideways, Dialect::GCode), [3]);
+    // Where nothing is known, the program starts. Nothing is cut at rapid, or with the spindle stopped.
+    assert!(told("S3000 M3\nG1 X0 Y0 Z-20 F50\nG0 Z5\n", Dialect::GCode).is_empty());
+    assert!(told(&plunge.replace("G1 Z", "G0 Z"), Dialect::GCode).is_empty());
+    assert!(told(&plunge.replace("S3000 M3", "M5"), Dialect::GCode).is_empty());
+    let heidenhain = "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 R0 FMAX M3\nL Z-20 F50\n\
+                      L Z+5 FMAX\nEND PGM A MM\n";
+    assert_eq!(told(heidenhain, Dialect::Heidenhain).len(), 1);
+}

@@ -1,6 +1,6 @@
 //! Heidenhain's conversational language as milling posts write it.
 
-use detune::notes::Note;
+use detune::notes::{Code, Note};
 use detune::program::{Dialect, NewSpeed, Program, Rewrite, Spindle, read, rewrite};
 
 use super::support::{assert_ends, at, end, lines, settings};
@@ -93,6 +93,10 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
         ("FN 9: IF +0 GOTO LBL 5", "a jump is IF"),
         ("FN 18: SYSREAD Q5 = ID20", "FN 0 to 13 and 16 alone"),
         ("Q5 = Q6 + 1", "Q6 is read"),
+        ("QL1 = 10", "QL, QR and QS parameters are not read"),
+        ("FN 0: QR2 = +5", "QL, QR and QS parameters are not read"),
+        ("Q5 = QL1 + 1", "QL, QR and QS parameters are not read"),
+        ("L X+QL1", "QL, QR and QS parameters are not read"),
         ("CYCL DEF 1.2 TIEFE -5", "without its beginning"),
         ("PLANE SPATIAL SPA+0 SPB+0 SPC+5", "PLANE tilts"),
         ("L X+5 M89", "M89 changes motion"),
@@ -207,4 +211,61 @@ fn blocks_may_be_numbered_with_n_and_iso_is_refused() {
     assert!(found[0].what.contains("DIN/ISO"), "{found:?}");
     let found = conversational("BEGIN PGM A MM\nN10 G01 X+5 *\nEND PGM A MM\n").unwrap_err();
     assert!(found.len() == 1 && at(&found[0]) == 2, "{found:?}");
+}
+
+/// `~` behind a comment: the next line is comment, too, but for a block with its number.
+#[test]
+fn comments_go_on_in_the_next_line() {
+    for text in [
+        "L X+0 Y+0 Z+5 R0 FMAX M3 ; (half of key~\n width L X+99)~\n and more\nL Z-1\n",
+        "3 L X+0 Y+0 Z+5 R0 FMAX M3 ; (half of key~\n - width)\n4 L Z-1\n",
+        "L X+0 Y+0 Z+5 R0 FMAX M3\n; first ~\n L X+99\nL Z-1\n",
+        "L X+0 Y+0 Z+5 R0 FMAX M3\n* - first ~\n L X+99\nL Z-1\n",
+        "3 L X+0 Y+0 Z+5 R0 FMAX M3 ; key ~\n4 L Z-1\n",
+        // The block goes on.
+        "L X+0 Y+0 ~ ; first ~\n Z+5 R0 FMAX M3\nL Z-1\n",
+    ] {
+        let text = format!("BEGIN PGM A MM\nTOOL CALL 1 Z S3000 F200\n{text}END PGM A MM\n");
+        let program = conversational(&text).unwrap();
+        assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [0.0, 0.0, -1.0])]);
+    }
+}
+
+fn told(text: &str, code: Code) -> Vec<usize> {
+    let head = "BEGIN PGM A MM\nTOOL CALL 1 Z S3000 F200\nL X+0 Y+0 Z+5 R0 FMAX M3\n";
+    let program = conversational(&format!("{head}{text}END PGM A MM\n")).unwrap();
+    program.warnings.iter().filter(|note| note.code == code).map(at).collect()
+}
+
+#[test]
+fn stops_that_may_be_skipped_are_no_doubt() {
+    for (text, lines) in [
+        ("/ STOP\nL X+10\n", vec![]),
+        ("/ M1\nL X+10\n", vec![]),
+        ("/5 STOP M8 ; look\nL X+10\n", vec![]),
+        ("/ BLK FORM 0.1 Z X+0 Y+0 Z-20\nL X+10\n", vec![]),
+        ("L X+10\nM30\n/ TOOL CALL 2 Z S900\n", vec![]),
+        ("FN 9: IF +1 EQU +1 GOTO LBL 1\n/ CC X+0 Y+0\nLBL 1\nL X+10\n", vec![]),
+        ("/ STOP\n/ STOP M5\nL X+10 FMAX\n", vec![5]),
+        ("/ M3\nL X+10\n", vec![4]),
+        ("/ CC X+0 Y+0\nL X+10\n", vec![4]),
+        ("L X+10\n/ M30\n", vec![5]),
+        ("CALL LBL 1\nL X+10\nM30\n/ LBL 1\nL X+5\nLBL 0\n", vec![7]),
+    ] {
+        assert_eq!(told(text, Code::MotionLeftOut), lines, "{text}");
+    }
+}
+
+/// Nothing follows that the spindle could cut in.
+#[test]
+fn a_code_that_is_not_known_before_the_end_is_no_doubt() {
+    for end in ["", "M9\nSTOP\nM30\n"] {
+        let text = format!("L X+10\nM5\nM36\n{end}");
+        assert_eq!(told(&text, Code::SpindleCommand), Vec::<usize>::new(), "{end}");
+        assert_eq!(told(&text, Code::LeftOut), [6], "{end}");
+    }
+    for end in ["L X+20 FMAX\n", "M3\nL X+20\n"] {
+        let text = format!("L X+10\nM5\nM36\n{end}");
+        assert_eq!(told(&text, Code::SpindleCommand), [6], "{end}");
+    }
 }

@@ -26,6 +26,7 @@ mod siemens;
 mod signals;
 mod silent;
 mod stated;
+mod stopped;
 mod support;
 mod tangents;
 mod tp;

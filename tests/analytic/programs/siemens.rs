@@ -291,3 +291,46 @@ fn words_as_posts_write_them() {
         ],
     );
 }
+
+/// Setting data 42440 says whether a relative way takes a shift of the zero in.
+#[test]
+fn relative_ways_behind_a_shift_are_a_doubt() {
+    let head = HEAD.lines().count();
+    for (text, line) in [
+        ("TRANS X10\nG91 G1 X5\n", Some(2)),
+        ("TRANS X10\nG1 X=IC(5)\n", Some(2)),
+        ("TRANS X10\nG1 X0\nATRANS X5\nX=IC(5)\nX=IC(5)\n", Some(4)),
+        ("TRANS X10\nG1 X0 Y0\nTRANS\nG91 Y5\nX5\n", Some(5)),
+        ("TRANS Z5\nG1 X3\nG91 X5\nG2 X4 Z1 I2 J0\n", Some(4)),
+        ("TRANS X10\nG1 X0\nG91 X5\n", None),
+        ("TRANS X10\nG91 G1 Y5\nG90 X5\nG91 X5\n", None),
+        ("TRANS X10\nTRANS\nG91 G1 X5\n", None),
+        ("TRANS X0 Y0 Z0\nG91 G1 X5\n", None),
+        ("TRANS X10\nG111 X0 Y0\nG1 AP=0 RP=7\nG91 X5\n", None),
+        ("TRANS Z5\nCYCLE81(20,0,2,-8)\nG91 G1 Z5\n", None),
+        ("TRANS X5\nHOLES1(0,0,0,5,5,2)\nG91 G1 X5\n", None),
+    ] {
+        let program = run(text).unwrap();
+        let told = program.warnings.iter().filter(|note| note.code == Code::ChangeIgnored);
+        let told: Vec<usize> = told.map(at).collect();
+        let expected: Vec<usize> = line.into_iter().map(|line| head + line).collect();
+        assert_eq!(told, expected, "{text}");
+    }
+    assert_xs("TRANS X10\nG91 G1 X5\nG90 X5\n", &[5.0, 15.0]);
+}
+
+/// G97 is one of the kinds of feed, and has the effect of G95 (Siemens, Fundamentals, "Constant
+/// cutting rate").
+#[test]
+fn a_fixed_speed_by_g97_makes_the_feed_one_per_revolution() {
+    for (text, expected) in [
+        ("G97\nG1 X5 F0.1\n", 300.0),
+        ("G97 S1000\nG1 X5 F0.1\n", 100.0),
+        ("G97 S1000\nG94\nG1 X5 F200\n", 200.0),
+    ] {
+        let feed = run(text).unwrap().moves[1].feed_m_per_s * 6e4;
+        assert!((feed - expected).abs() < 1e-9, "{text}: {feed}");
+    }
+    refused("G96 S90\nG1 X5 F0.1\n", "G96 keeps the cutting speed");
+    refused("G961 S90\nG1 X5 F100\n", "G961 keeps the cutting speed");
+}

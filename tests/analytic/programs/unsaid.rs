@@ -511,3 +511,101 @@ fn what_machines_do_otherwise_is_refused_or_a_doubt() {
                  GOTO/0,0,0\nGOTO/20,0,0\nCYCLE/OFF";
     assert_eq!(told(&of(cycle, Dialect::Apt, &settings()), Code::ChangeIgnored).len(), 1);
 }
+
+/// Behind G49, Z is that of the spindle: a change of tool brings no length back, as D0 has it.
+#[test]
+fn cuts_under_g49_are_a_doubt() {
+    let doubts = |body: &str| {
+        let head = "G21 G90 G17 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\nG43 H1 Z5\n";
+        told(&of(&format!("{head}{body}"), Dialect::GCode, &settings()), Code::ChangeIgnored)
+    };
+    for (body, lines) in [
+        ("G1 Z-1 F100\nG0 Z5\nG49\nG1 Z-2\nX20", vec![9]),
+        ("G49 G1 Z-1 F100", vec![6]),
+        ("G49\nG81 X5 Z-5 R2 F90", vec![7]),
+        ("G0 G49 Z9\nT1 M6\nM3\nG1 Z-1 F100", vec![9]),
+        ("G1 X5 F100\nG49\nG0 Z9\nX20", vec![]),
+        ("G49\nG0 Z9\nG43 H1 Z5\nG1 X5 F100", vec![]),
+    ] {
+        assert_eq!(doubts(body), lines, "{body}");
+    }
+    let head = "G21 G90 G40 G49\nT1 M6\nG0 X0 Y0 Z5\nG1 X9 F100";
+    assert_eq!(told(&of(head, Dialect::GCode, &settings()), Code::ChangeIgnored), NONE);
+}
+
+/// Nothing follows that the spindle could cut in.
+#[test]
+fn a_code_that_is_not_known_before_the_end_is_no_doubt() {
+    let read = |body: &str| {
+        let head = "G21 G90 G17 G94\nS3000 M3\nG0 X0 Y0 Z5\nG1 X9 F100\nM5\n";
+        of(&format!("{head}{body}"), Dialect::GCode, &settings())
+    };
+    for body in ["M33", "M33\n(done)\nM9\nG40 G80 G90", "N1 M33 M9\n/M1\n%"] {
+        let program = read(body);
+        assert_eq!(told(&program, Code::SpindleCommand), NONE, "{body}");
+        assert_eq!(told(&program, Code::LeftOut), [6], "{body}");
+    }
+    for body in ["M33\nG0 X20", "G0 X20 M33", "M33\nM3\nG1 X20", "M33\nG4 P1.5", "M33\nG28 Z0"] {
+        assert_eq!(told(&read(body), Code::SpindleCommand), [6], "{body}");
+    }
+    // In a subprogram, and before a call of one.
+    for body in ["M98 P7\nG0 X20\nM30\nO7\nM33\nM99", "M33\nM98 P7\nM30\nO7\nG0 X20\nM99"] {
+        assert_eq!(told(&read(body), Code::SpindleCommand).len(), 1, "{body}");
+    }
+}
+
+#[test]
+fn stops_of_g_code_that_may_be_skipped_are_no_doubt() {
+    let doubts = |block: &str| {
+        let text = format!("G21 G90 G94\nG0 X0 Y0 Z0\nG1 X10 F100\n{block}\nX20");
+        told(&of(&text, Dialect::GCode, &settings()), Code::MotionLeftOut)
+    };
+    for block in ["/M1", "/M0", "N10 /M1", "/2 M1 (look)", "/N20 M8", "/(a comment)"] {
+        assert_eq!(doubts(block), NONE, "{block}");
+    }
+    for block in ["/M3", "/X15", "/M1 G0", "/#1=5", "/GOTO 5\nN5 X30", "X15 /M1"] {
+        assert_eq!(doubts(block), [4], "{block}");
+    }
+}
+
+/// LinuxCNC: what a subroutine gives back, and whether it does.
+#[test]
+fn subroutines_give_values_back() {
+    const NESTED: &str = "o2 if [#1 LT 5]\no1 return [#1]\no2 endif\no1 call [#1-6]\n\
+                          o1 endsub [#<_value>]";
+    let text = |body: &str| {
+        format!(
+            "G21 G90 G94\nG0 X0 Y0 Z5\no1 sub\n{body}\no1 call [10]\n\
+             G1 X[#<_value> + 100 * #<_value_returned> + 1] F100"
+        )
+    };
+    for (body, x) in [
+        ("o1 return [#1+1]\no1 endsub", 112.0),
+        ("o1 endsub [#1 * 2]", 121.0),
+        ("o1 return\no1 endsub [5]", 1.0),
+        ("o1 endsub", 1.0),
+        (NESTED, 105.0),
+    ] {
+        let program = of(&text(body), Dialect::GCode, &settings());
+        assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [x, 0.0, 5.0])]);
+    }
+    let within = text("G1 X#<_value> F100\no1 endsub [5]");
+    let why = refused(&within, Dialect::GCode, &settings());
+    assert!(why.contains("'_value' is read, and the program has not set it"), "{why}");
+}
+
+/// G96 is about the speed; G97 ends it; E of G187 says how much corners are rounded.
+#[test]
+fn codes_beside_the_motion_say_what_they_are() {
+    let head = "G21 G90 G17 G94\nT1 M6\nG97 S3000 M3\nG0 X0 Y0 Z5\n";
+    let why = refused(&format!("{head}G96 S90\nG1 X9 F100"), Dialect::GCode, &settings());
+    assert!(why.contains("G96 keeps the cutting speed"), "{why}");
+    let ignored = |block: &str| {
+        let program = of(&format!("{head}{block}\nG1 X9 F100"), Dialect::GCode, &settings());
+        assert!((program.moves[1].feed_m_per_s * 6e4 - 100.0).abs() < 1e-9, "{block}");
+        told(&program, Code::AxisIgnored)
+    };
+    assert_eq!(ignored("G187 P3 E0.01"), NONE);
+    assert_eq!(ignored("G187 E.02"), NONE);
+    assert_eq!(ignored("G1 X5 E2 F100\nX0"), [5]);
+}

@@ -1,0 +1,127 @@
+//! Data that every controller has.
+
+use std::rc::Rc;
+
+use super::value::{Value, load0};
+
+/// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
+const VMAX_MM_PER_S: f64 = 5000.0;
+
+const PREDEFINED_SPEEDS_MM_PER_S: [u16; 25] = [
+    5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500,
+    3000, 4000, 5000, 6000, 7000,
+];
+
+/// Signals; answers, buttons and icons of messages; operating modes; modes of the run. Names in
+/// lower case.
+const NUMBERS: [(&str, f64); 32] = [
+    ("low", 0.0),
+    ("high", 1.0),
+    ("pi", std::f64::consts::PI),
+    ("resunkwn", 0.0),
+    ("resok", 1.0),
+    ("resabort", 2.0),
+    ("resretry", 3.0),
+    ("resignore", 4.0),
+    ("rescancel", 5.0),
+    ("resyes", 6.0),
+    ("resno", 7.0),
+    ("btnnone", -1.0),
+    ("btnok", 0.0),
+    ("btnabrtrtryign", 1.0),
+    ("btnokcancel", 2.0),
+    ("btnretrycancel", 3.0),
+    ("btnyesno", 4.0),
+    ("btnyesnocancel", 5.0),
+    ("iconnone", 0.0),
+    ("iconinfo", 1.0),
+    ("iconwarning", 2.0),
+    ("iconerror", 3.0),
+    ("op_undef", 0.0),
+    ("op_auto", 1.0),
+    ("op_man_prog", 2.0),
+    ("op_man_test", 3.0),
+    ("run_undef", 0.0),
+    ("run_cont_cycle", 1.0),
+    ("run_instr_fwd", 2.0),
+    ("run_instr_bwd", 3.0),
+    ("run_sim", 4.0),
+    ("run_step_move", 5.0),
+];
+
+/// Stop points: in position, by per cent of a fine point.
+const IN_POSITION: [(&str, f64); 3] = [("inpos20", 20.0), ("inpos50", 50.0), ("inpos100", 100.0)];
+
+/// Stop points of a time, by the ends of their names.
+const TIMES_S: [(&str, f64); 3] = [("0_5", 0.5), ("1_0", 1.0), ("1_5", 1.5)];
+
+/// Types of stop points: in position, for a time, while a conveyor is followed.
+const STOP_POINTS: [(&str, f64); 3] = [("inpos", 1.0), ("stoptime", 2.0), ("fllwtime", 3.0)];
+
+/// The number of a type of stop points by its name in lower case.
+pub(super) fn stop_point(name: &str) -> Option<f64> {
+    STOP_POINTS.iter().find(|(own, _)| *own == name).map(|(_, number)| *number)
+}
+
+/// The name of a type of stop points by its number.
+pub(super) fn stop_point_of(number: f64) -> Option<&'static str> {
+    STOP_POINTS.iter().find(|(_, own)| *own == number).map(|(name, _)| *name)
+}
+
+/// The value of what every controller has, by its name in lower case, and its type.
+pub(super) fn predefined(key: &str) -> Option<(Value, &'static str)> {
+    let of_stop = || stop_point_data(key).map(|value| (value, "stoppointdata"));
+    let found = match key {
+        "tool0" => (Value::Tool0, "tooldata"),
+        "wobj0" => (Value::Wobj0, "wobjdata"),
+        "load0" => (load0(), "loaddata"),
+        // A zone, of which the first part alone is asked for: whether the arm stops.
+        "fine" => (Value::List(vec![Value::Bool(true)]), "zonedata"),
+        "vmax" => (speed(VMAX_MM_PER_S), "speeddata"),
+        "stempty" => (Value::Text(Rc::from("")), "string"),
+        _ => return of_number(key).or_else(|| of_speed(key)).or_else(of_stop),
+    };
+    Some(found)
+}
+
+fn of_number(key: &str) -> Option<(Value, &'static str)> {
+    let number = NUMBERS.iter().find(|(name, _)| *name == key)?.1;
+    Some((Value::Num(number), "num"))
+}
+
+fn of_speed(key: &str) -> Option<(Value, &'static str)> {
+    let mm_per_s = key.strip_prefix('v')?.parse::<u16>().ok()?;
+    let known = PREDEFINED_SPEEDS_MM_PER_S.contains(&mm_per_s);
+    known.then(|| (speed(f64::from(mm_per_s)), "speeddata"))
+}
+
+fn speed(mm_per_s: f64) -> Value {
+    Value::nums(&[mm_per_s, 500.0, 5000.0, 1000.0])
+}
+
+/// `inpos20`, for which the program waits; `stoptime0_5` and `fllwtime0_5`, for which it is taken
+/// not to.
+fn stop_point_data(key: &str) -> Option<Value> {
+    let of_time = |start: &str| {
+        let end = key.strip_prefix(start)?;
+        TIMES_S.iter().find(|(name, _)| *name == end).map(|(_, seconds)| *seconds)
+    };
+    let share = IN_POSITION.iter().find(|(name, _)| *name == key).map(|(_, share)| *share);
+    let (kind, share, times) = match (share, of_time("stoptime"), of_time("fllwtime")) {
+        (Some(share), ..) => (1.0, share, [0.0, 0.0]),
+        (_, Some(seconds), _) => (2.0, 0.0, [seconds, 0.0]),
+        (.., Some(seconds)) => (3.0, 0.0, [0.0, seconds]),
+        _ => return None,
+    };
+    let max_s = if share > 0.0 { 2.0 } else { 0.0 };
+    Some(Value::List(vec![
+        Value::Num(kind),
+        Value::Bool(kind == 1.0),
+        Value::nums(&[share, share, 0.0, max_s]),
+        Value::Num(times[0]),
+        Value::Num(times[1]),
+        Value::Text(Rc::from("")),
+        Value::Num(0.0),
+        Value::Num(0.0),
+    ]))
+}

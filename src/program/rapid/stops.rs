@@ -1,0 +1,124 @@
+//! Moves that run on beside the program (`\Conc`), what holds the arm or drops the rest of its way
+//! (`StopMove`, `ClearPath`, …), and how long it stands at a stop point.
+
+use super::constants::stop_point_of;
+use super::interpreter::Interpreter;
+use super::syntax::{Args, Block, Name};
+use super::value::Value;
+use super::walk::calls_in;
+use crate::notes::Code;
+
+/// Instructions after which what is left of the moves before may never be gone, or not from there.
+const DROPS: [&str; 4] = ["clearpath", "storepath", "restopath", "stopmovereset"];
+
+/// Whether an instruction drops the rest of the path.
+pub(super) fn drops(key: &str) -> bool {
+    DROPS.contains(&key)
+}
+
+impl<'a> Interpreter<'a> {
+    /// A move begins: whether it stops at its end, and whether the program runs on beside it.
+    pub(super) fn goes(&mut self, stops: bool, runs_on: bool) {
+        self.stands = stops && !runs_on;
+        // The first of all moves goes to where the path starts.
+        self.runs_on = runs_on && self.log.has_moved();
+        self.is_stopped &= runs_on;
+    }
+
+    /// The program waits until the arm stands.
+    pub(super) fn waits(&mut self) {
+        // What StopMove holds does not stand at its end.
+        if !self.is_stopped {
+            self.stands = true;
+            self.runs_on = false;
+        }
+    }
+
+    /// Heeds what holds the arm on its way, or drops the rest of it.
+    pub(super) fn heed_stop(&mut self, line: usize, name: &Name) {
+        match name.key.as_str() {
+            "stopmove" => self.is_stopped |= !self.stands,
+            "startmove" => self.is_stopped = false,
+            key if drops(key) => {
+                self.doubt_rest(line, &name.shown);
+                self.is_stopped &= key != "stopmovereset";
+                self.runs_on &= key != "clearpath";
+            }
+            _ => {}
+        }
+    }
+
+    /// The same of blocks of which only the run knows whether they run.
+    pub(super) fn heed_open(&mut self, line: usize, blocks: &[&'a Block]) {
+        for (name, args) in calls_in(self.file, blocks) {
+            match name.key.as_str() {
+                key if drops(key) => self.doubt_rest(line, &name.shown),
+                "deactunit" => self.switch_off(args, false),
+                _ => {}
+            }
+        }
+    }
+
+    fn doubt_rest(&mut self, line: usize, shown: &str) {
+        if !self.stands && self.log.has_moved() {
+            let what = format!(
+                "{shown} stands behind a move for whose end the program does not wait (fine, \
+                 without \\Conc): what is left of it may be dropped; it is read as if it were done"
+            );
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
+    }
+
+    /// Tells of what is done while the arm moves.
+    pub(super) fn doubt_beside(&mut self, code: Code, line: usize, shown: &str) {
+        if self.runs_on {
+            let what = format!(
+                "{shown} stands behind a move with \\Conc and is done while the arm is on it: it \
+                 is read as if it were done at the end of the move"
+            );
+            self.log.warning(code, line, what);
+        }
+    }
+
+    /// `WaitTime 2;`: the arm stands, unless it is on its way.
+    pub(super) fn wait(&mut self, line: usize, args: &'a Args) {
+        if args.optional.iter().any(|(name, _)| name == "inpos") {
+            self.waits();
+        }
+        match args.positional.first().map(|expr| self.eval(expr).num()) {
+            Some(Ok(seconds)) if seconds > 0.0 && self.runs_on && !self.is_stopped => {
+                // Where the speed of the spindle follows the time, it counts.
+                let code = match self.settings.is_scheduled {
+                    true => Code::MotionLeftOut,
+                    false => Code::LeftOut,
+                };
+                let what = "WaitTime behind a move with \\Conc runs while the arm is on it: the \
+                            time is left out";
+                self.log.warning(code, line, what);
+            }
+            Some(Ok(seconds)) => self.log.dwell(line, seconds),
+            Some(Err(why)) => {
+                let what = format!("WaitTime: {why}; the time is left out");
+                self.log.warning(Code::LeftOut, line, what);
+            }
+            None => self.log.error(Code::Motion, line, "WaitTime: the time is missing"),
+        }
+    }
+
+    /// `\Inpos:=stoptime0_5`: at the end of its way the arm stands for the time that the data have.
+    pub(super) fn stand(&mut self, line: usize, data: Option<&Value>) {
+        let Some(data) = data else { return };
+        let number = |at: usize| data.part(at, "stoppointdata").and_then(Value::num);
+        let why = match number(0).map(stop_point_of) {
+            Ok(Some("stoptime")) => match number(3) {
+                Ok(seconds) => return self.log.dwell(line, seconds),
+                Err(why) => why,
+            },
+            Ok(Some("fllwtime")) => "the arm follows a conveyor".to_owned(),
+            Ok(_) => return,
+            Err(why) => why,
+        };
+        let what = format!("\\Inpos: {why}; the time at the stop point is left out");
+        self.log.warning(Code::LeftOut, line, what);
+    }
+}
