@@ -12,8 +12,10 @@ const MAX_STEPS: usize = 200;
 /// Two looks agree where the largest moduli differ by less than this share.
 const CONVERGED: f64 = 1e-11;
 
-/// Where only the side of 1 is asked for, they may differ by this share of how far that is.
+/// Where only the side of 1 is asked for, they may differ by this share of how far that is, behind
+/// so many steps.
 const OF_MARGIN: f64 = 1e-3;
+const LEAST_STEPS: usize = 20;
 
 /// A second pass restores orthogonality where the first takes off all but this share.
 const CANCELLED: f64 = 0.7;
@@ -131,8 +133,9 @@ pub(super) fn dominant(
         let modulus = value.norm();
         let agrees = last.is_some_and(|last| {
             let apart = (modulus - last).abs();
-            let is_clear = wanted == Wanted::Side && apart <= OF_MARGIN * (modulus - 1.0).abs();
-            is_clear || apart <= CONVERGED * last.max(f64::MIN_POSITIVE)
+            let is_clear = apart <= OF_MARGIN * (modulus - 1.0).abs();
+            wanted == Wanted::Side && is_clear && k >= LEAST_STEPS
+                || apart <= CONVERGED * last.max(f64::MIN_POSITIVE)
         });
         if is_end || agrees || k == most {
             let vector = match wanted {

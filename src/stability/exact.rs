@@ -32,6 +32,9 @@ const DIGITS: f64 = 1e-10;
 /// known to its last digits.
 const SMALL: f64 = 0.9;
 
+/// At the limit the modulus is 1 within this: else the side of 1 was not what it seemed.
+const AT_LIMIT: f64 = 1e-6;
+
 /// A multiplier this near to the negative real axis is a flip, rad.
 const FLIP_RAD: f64 = 1e-5;
 
@@ -61,7 +64,7 @@ impl<'a> Exact<'a> {
         self.dominant(depth_m, Wanted::Value).filter(|found| found.is_sure).map(|found| found.value)
     }
 
-    /// How far the largest modulus is above 1, its sign for sure.
+    /// How far the largest modulus is above 1, about; its sign by two looks that agree.
     ///
     /// # Errors
     /// The depth, where the multiplier is not found.
@@ -122,6 +125,9 @@ impl<'a> Exact<'a> {
         }
         let found =
             self.dominant(high, Wanted::Vector).filter(|found| found.is_sure).ok_or(high)?;
+        if (found.value.norm() - 1.0).abs() > AT_LIMIT {
+            return Err(high);
+        }
         Ok(Some(self.told(high, &found)))
     }
 
@@ -178,6 +184,6 @@ pub fn milling_radius(modes: &[ToolMode], cut: &Cut, rpm: f64, depth_m: f64) -> 
 /// Whether a small motion grows at a depth; `None` where that is not found.
 pub fn milling_grows(modes: &[ToolMode], cut: &Cut, rpm: f64, depth_m: f64) -> Option<bool> {
     let milling = Milling::new(cut, rpm);
-    let growth = Exact::new(&cut.in_axes(modes), &milling).growth(depth_m);
-    growth.ok().map(|growth| growth > 0.0)
+    let found = Exact::new(&cut.in_axes(modes), &milling).dominant(depth_m, Wanted::Side);
+    found.filter(|found| found.is_sure).map(|found| found.value.norm() > 1.0)
 }

@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use detune::excitation::Engagement;
 use detune::stability::{
-    Chart, Cut, Exact, Kind, Milling, Process, Term, ToolMode, coupling_limit, milling_limit,
-    milling_radius,
+    Chart, Cut, Exact, Kind, Milling, Process, Term, ToolMode, coupling_limit, milling_grows,
+    milling_limit, milling_radius,
 };
 use nalgebra::{Matrix3x2, Vector3};
 
@@ -363,4 +363,27 @@ fn process_damping_raises_the_limit_at_slow_speeds() {
     let (slow, fast) = (rise(2_000.0), rise(11_000.0));
     println!("the limit rises {slow} times at 2000 rpm, {fast} times at 11000 rpm");
     assert!(slow > 2.0 && slow > 1.5 * fast && fast > 1.0, "{slow} {fast}");
+}
+
+/// The side of 1 takes fewer steps than all digits: it is the same, also next to the limit.
+#[test]
+fn a_motion_grows_where_its_radius_is_above_one() {
+    let arm = [14.0, 19.0, 27.0, 48.0, 77.0, 120.0].iter().enumerate();
+    let mut modes: Vec<ToolMode> =
+        arm.map(|(i, hz)| mode(*hz, 0.03, 80.0 / (1.0 + i as f64), 57.0 * i as f64)).collect();
+    modes.extend([mode(900.0, 0.02, 0.3, 0.0), mode(950.0, 0.02, 0.3, 90.0)]);
+    let mut sides = [0, 0];
+    for (teeth, rpm) in [(2, 1100.0), (2, 9000.0), (3, 4000.0), (4, 14000.0), (4, 24000.0)] {
+        let mut cut = slot(teeth);
+        cut.engagement = Engagement { entry_rad: PI / 2.0, exit_rad: PI };
+        let chart = Chart::new(&modes, &cut);
+        let limit = milling_limit(&modes, &cut, &chart, rpm).unwrap().unwrap().depth_m;
+        for share in [0.1, 0.3, 0.6, 0.9, 0.99, 1.0 - 1e-6, 1.0 + 1e-6, 1.01, 1.3, 2.0, 3.0] {
+            let radius = milling_radius(&modes, &cut, rpm, share * limit).unwrap();
+            let grows = milling_grows(&modes, &cut, rpm, share * limit).unwrap();
+            assert_eq!(grows, radius > 1.0, "{teeth} teeth, {rpm} rpm, {share}: {radius}");
+            sides[usize::from(grows)] += 1;
+        }
+    }
+    assert!(sides.iter().all(|&count| count > 15), "{sides:?}");
 }

@@ -31,8 +31,7 @@ pub(super) struct Ended {
     axis: Unit<Vector3<f64>>,
     /// How far it has turned, rad.
     swept: f64,
-    /// Whether it ends in a point behind its first.
-    goes_on: bool,
+    points: usize,
 }
 
 impl Ended {
@@ -50,13 +49,20 @@ impl Ended {
 }
 
 /// How many points the program gives of an arc.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Points {
-    /// Arcs that have one alone, and those that have more.
-    single: usize,
-    several: usize,
+    /// How far the longest arc with one point alone turns, and the shortest with three or more,
+    /// rad.
+    single: f64,
+    several: f64,
     /// The first line of a further one that is no matter of tolerance.
     further: Option<usize>,
+}
+
+impl Default for Points {
+    fn default() -> Self {
+        Self { single: 0.0, several: f64::INFINITY, further: None }
+    }
 }
 
 /// A point that lies on the circle of the arc before it is this near to it, mm: no more than an arc
@@ -185,7 +191,7 @@ impl Reader<'_> {
         let may_go_on = !is_whole && is_flat && !self.rapid;
         self.arc_to(line, [from, to], arc.centre, (axis, arc.more_turns))?;
         let swept = swept([from, to, arc.centre], axis);
-        let ended = Ended { centre: arc.centre, axis, swept, goes_on: false };
+        let ended = Ended { centre: arc.centre, axis, swept, points: 1 };
         self.arc_before = may_go_on.then_some(ended);
         Ok(())
     }
@@ -200,15 +206,21 @@ impl Reader<'_> {
     ) -> Result<bool, String> {
         let (Some(arc), Some(from)) = (self.arc_before, self.at) else { return Ok(false) };
         let turned = swept([from, to, arc.centre], arc.axis);
-        let is_on = self.axis.angle(&axis_before) <= SAME_AXIS
-            && arc.may_lead(from, to)
-            && arc.swept + turned <= TAU + SAME_ANGLE;
+        let is_within_turn = arc.swept + turned <= TAU + SAME_ANGLE;
+        let is_on =
+            self.axis.angle(&axis_before) <= SAME_AXIS && arc.may_lead(from, to) && is_within_turn;
+        let is_apart = arc.radius(from) * (1.0 - (turned / 2.0).cos()) > SAGITTA_MM;
         if !is_on {
+            // Round the same axis at another height: a helix by points, or a line.
+            let is_higher = (to - from).dot(&arc.axis).abs() > ON_CIRCLE_MM;
+            let is_round = (arc.radius(to) - arc.radius(from)).abs() <= ON_CIRCLE_MM;
+            if is_apart && is_higher && is_round && is_within_turn {
+                self.doubt_line_behind_arc(line);
+            }
             self.leave_arc();
             return Ok(false);
         }
-        self.arc_before = Some(Ended { swept: arc.swept + turned, goes_on: true, ..arc });
-        let is_apart = arc.radius(from) * (1.0 - (turned / 2.0).cos()) > SAGITTA_MM;
+        self.arc_before = Some(Ended { swept: arc.swept + turned, points: arc.points + 1, ..arc });
         if self.is_creo {
             if is_apart {
                 self.arc_points.further.get_or_insert(line);
@@ -216,31 +228,38 @@ impl Reader<'_> {
             self.senses.arc_goes_on(to, arc.centre, arc.axis);
             self.arc_to(line, [from, to], arc.centre, (arc.axis, 0))?;
         } else if is_apart {
-            let what = "GOTO right behind an arc lies on the same circle, and is read as a line: \
-                        some systems write several points of an arc, the last its end";
-            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+            self.doubt_line_behind_arc(line);
         }
         Ok(self.is_creo)
     }
 
+    fn doubt_line_behind_arc(&mut self, line: usize) {
+        let what = "GOTO right behind an arc lies on the same circle, and is read as a line: some \
+                    systems write several points of an arc, the last its end";
+        self.cutter.log.warning(Code::MotionLeftOut, line, what);
+    }
+
     /// What follows is no point on the arc before it.
     pub(super) fn leave_arc(&mut self) {
-        match self.arc_before.take() {
-            Some(arc) if arc.goes_on => self.arc_points.several += 1,
-            Some(_) => self.arc_points.single += 1,
-            None => {}
+        let Some(Ended { swept, points, .. }) = self.arc_before.take() else { return };
+        let Points { single, several, .. } = &mut self.arc_points;
+        match points {
+            1 => *single = single.max(swept),
+            // An arc and its chord.
+            2 => {}
+            _ => *several = several.min(swept),
         }
     }
 
-    /// At the end of the program: Creo gives each arc as many points, or as many as its tolerance
-    /// asks for. A single one with a further point may be a D.
+    /// At the end of the program: Creo gives arcs as many points as their length asks for. Three
+    /// on one circle show it; two may be a D.
     pub(super) fn settle_points(&mut self) {
         self.leave_arc();
         let Points { single, several, further } = self.arc_points;
-        if let Some(line) = further.filter(|_| single > 0 || several < 2) {
+        if let Some(line) = further.filter(|_| several.is_infinite() || single >= several) {
             let what = "GOTO right behind an arc lies on the same circle, and is read as a further \
-                        point on the arc, as Creo may write it: no other arc shows that it is, or \
-                        others have one point alone, so that it may be a line";
+                        point on the arc, as Creo may write it: no arc has three points, or a \
+                        longer one has a single point, so that it may be a line";
             self.cutter.log.warning(Code::MotionLeftOut, line, what);
         }
     }

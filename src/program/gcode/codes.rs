@@ -93,6 +93,10 @@ fn run_checked(
     for code in block.codes('G').filter(|code| !cancels_beside_motion(code)) {
         modal(machine, &mut once, line, code, block)?;
     }
+    // Length 0 of Fanuc's and Haas' is none, with G43 and without it.
+    if block.get('H') == Some(0.0) && !once.macro_call && !machine.is_sinumerik {
+        machine.end_compensation();
+    }
     if let Some(feed) = block.word(b'F')
         && (!once.dwell || block.has_any(b"PXUS"))
         && !once.macro_call

@@ -5,13 +5,16 @@ use super::codes::shown;
 use super::state::Machine;
 use crate::notes::Code;
 
-/// Stops, coolant, ends: M codes that do nothing to a path.
+/// Stops and coolant: M codes that do nothing to a path.
 const STOPS: [i64; 2] = [0, 10];
 const COOLANT: [i64; 3] = [70, 80, 90];
 
 /// M codes that start the spindle, change the tool or lead to other blocks.
 const ACTS: [i64; 9] = [30, 40, 60, 130, 140, 170, 970, 980, 990];
 const CALLS_FILE: i64 = 1980;
+
+/// Ways to places of the machine, at rapid.
+const TO_MACHINE: [i64; 3] = [280, 300, 530];
 
 /// G codes that say how later blocks are read, and move nothing by themselves.
 const MODES: [i64; 13] = [170, 180, 190, 200, 210, 400, 490, 540, 690, 800, 900, 910, 940];
@@ -30,9 +33,11 @@ impl Block {
     /// Whether nothing moves by it, and the spindle does not start: codes that are not known apart.
     fn is_quiet(&self) -> bool {
         let acts = |code| ACTS.contains(&code) || code == CALLS_FILE;
-        self.has_only(b"NGM")
-            && !self.codes('M').any(acts)
-            && self.codes('G').all(|code| MODES.contains(&code))
+        let to_machine = self.codes('G').any(|code| TO_MACHINE.contains(&code));
+        let letters: &[u8] = if to_machine { b"NGMXYZABC" } else { b"NGM" };
+        let is_mode =
+            |code| MODES.contains(&code) || to_machine && (code == 0 || TO_MACHINE.contains(&code));
+        self.has_only(letters) && !self.codes('M').any(acts) && self.codes('G').all(is_mode)
     }
 }
 

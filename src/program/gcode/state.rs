@@ -368,7 +368,9 @@ impl<'a> Machine<'a> {
     pub(super) fn tell_length(&mut self, line: usize) {
         let moves = match self.uncompensated {
             Some(Uncompensated::D0) => "moves under D0",
-            Some(Uncompensated::G49) if self.motion != Motion::Rapid => "moves at feed under G49",
+            Some(Uncompensated::G49) if self.motion != Motion::Rapid => {
+                "moves at feed under G49 or H0"
+            }
             _ => return,
         };
         let what = format!("{moves}, without the tool's length: the job's tcp is used");

@@ -94,7 +94,8 @@ fn behind_number(text: &str) -> &str {
     text.trim_start_matches(|c: char| c.is_ascii_digit())
 }
 
-/// Blocks with their lines; `~` at the end of a line continues it, or its comment.
+/// Blocks with their lines; `~` at the end of a line continues it, or its comment, where blocks
+/// have numbers: without them, what stands behind a comment may be a block.
 pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
     let mut found: Vec<Text<'_>> = Vec::new();
     let mut offset = 0;
@@ -120,7 +121,7 @@ pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
         // Cycles go on behind their comments.
         let is_of_cycle = goes_on || words.starts_with("CYCL") || words.starts_with("TCH");
         let is_open = line.ends_with('~') && (is_divider || !code.ends_with('~'));
-        in_comment = is_open && !is_of_cycle;
+        in_comment = is_open && !is_of_cycle && is_numbered(line);
         match found.last_mut().filter(|_| goes_on) {
             Some(open) => open.parts.push(part),
             // `* - …` divides the program for people.
@@ -128,7 +129,8 @@ pub(super) fn blocks(text: &str) -> Vec<Text<'_>> {
             None => found.push(Text { line: index + 1, may_be_skipped, parts: vec![part] }),
         }
         // Comments of cycles' lines stand before the next.
-        continues = !in_comment && (code.ends_with('~') || (continues && line.contains('~')));
+        continues = !(in_comment || is_divider)
+            && (code.ends_with('~') || (continues && line.contains('~')));
     }
     found
 }

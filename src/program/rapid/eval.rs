@@ -132,7 +132,11 @@ impl<'a> Interpreter<'a> {
 
     /// Stores a value in a datum or a part of it.
     pub(super) fn write(&mut self, path: &'a Path, value: Value) -> Result<(), String> {
-        let Place { scope, key, way } = self.place(path)?;
+        let place = self.place(path);
+        if let Err(why) = &place {
+            self.lose_elements(path, why);
+        }
+        let Place { scope, key, way } = place?;
         let sizes = self.sizes(scope, key, &way, path);
         let own_frames = self.own_frames();
         let root = match scope {
@@ -172,6 +176,16 @@ impl<'a> Interpreter<'a> {
             *root = Value::unknown(why);
         }
         Ok(())
+    }
+
+    /// Of an array of which some element was set, and which one is not known, nothing is known.
+    fn lose_elements(&mut self, path: &'a Path, why: &str) {
+        let has_index = path.steps.iter().any(|step| matches!(step, Step::Index(_)));
+        if has_index && self.is_declared(&path.name.key) {
+            let what =
+                format!("an element of '{}' was set, which one is not known", path.name.shown);
+            self.forget(&path.name, &Value::unknown(format!("{what}: {why}")));
+        }
     }
 
     /// How many parts there are at each level of the way down to a part of what is not known as a

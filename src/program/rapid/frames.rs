@@ -19,7 +19,7 @@ impl<'a> Interpreter<'a> {
         let tool = self.eval(expr);
         let of_job = match (expr, &tool) {
             (Expr::Ref(path), tool)
-                if matches!(tool, Value::Unknown(_)) || tool.is_rest().is_some() =>
+                if matches!(tool, Value::Unknown(_)) || tool.why_first_unknown().is_some() =>
             {
                 Some(Tool::Name(path.name.shown.clone()))
             }
@@ -39,7 +39,7 @@ impl<'a> Interpreter<'a> {
         expr: Option<&Expr>,
         tool: &Value,
     ) -> Result<ToolFrame, String> {
-        if let (Some(why), Some(tcp)) = (tool.is_rest(), self.settings.tcp) {
+        if let (Some(why), Some(tcp)) = (tool.why_first_unknown(), self.settings.tcp) {
             // A load alone says nothing of where it ends.
             let is_frame = !matches!(tool.part(1, "a tool"), Ok(Value::Unknown(_)));
             let code = if is_frame { Code::ChangeIgnored } else { self.code_of_assumed(expr) };
@@ -81,7 +81,7 @@ impl<'a> Interpreter<'a> {
         args: &'a Args,
     ) -> Result<WorkObject, String> {
         let object = given.unwrap_or(&Value::Wobj0);
-        if let (Some(why), Some(frame)) = (object.is_rest(), self.settings.work_object) {
+        if let (Some(why), Some(frame)) = (object.why_first_unknown(), self.settings.work_object) {
             let what = format!(
                 "work object: {why}; the job's work_object is used, and not what the program sets \
                  of it"

@@ -452,7 +452,10 @@ impl<'a> Interpreter<'a> {
                 self.doubt_beside(Code::ChangeIgnored, line, &name.shown);
                 self.speed_refresh(line, args);
             }
-            GRIP => self.grip(line, args),
+            GRIP => {
+                self.doubt_beside(Code::ChangeIgnored, line, &name.shown);
+                self.grip(line, args);
+            }
             "mechunitload" => self.load_of_unit(line, args),
             CIR_PATH_MODE => self.turning = turning(args),
             "confj" | "confl" => {
@@ -485,6 +488,10 @@ impl<'a> Interpreter<'a> {
                 }
             }
             _ => {
+                // `WaitUntil\InPos` and its like: the arm has come to stand.
+                if key.starts_with("wait") && args.optional.iter().any(|(own, _)| own == "inpos") {
+                    self.waits();
+                }
                 match key {
                     "waituntil" => self.waited(args),
                     "actunit" => self.switch_on(args),

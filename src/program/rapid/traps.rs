@@ -161,7 +161,6 @@ fn ends(key: &str) -> Option<&'static str> {
     match key {
         "clearpath" | "stopmovereset" => Some("drops the rest of the path"),
         "exitcycle" => Some("starts the program again"),
-        "stop" => Some("stops the program"),
         _ => None,
     }
 }

@@ -44,8 +44,8 @@ impl Interpreter<'_> {
     /// Whether an axis stays where it is, as its unit is switched off, though a target has another
     /// place for it. Where it is not known whether it is an axis of the unit, it goes on.
     pub(super) fn stays(&mut self, name: &str, value: f64) -> bool {
-        let Some(at) = self.external.stands_at(name) else { return false };
-        if (at - value).abs() <= SAME_POSITION {
+        let at = self.external.stands_at(name);
+        if at.is_some_and(|at| (at - value).abs() <= SAME_POSITION) {
             return false;
         }
         let units = self.settings.mechanical_units.values();
@@ -55,18 +55,19 @@ impl Interpreter<'_> {
             None => !is_of_other,
         };
         let Some(off) = self.off.iter().find(is_its) else { return false };
-        let stays = off.is_sure && off.axes.is_some();
+        let sure = at.filter(|_| off.is_sure && off.axes.is_some());
         let unit = &off.shown;
-        let what = match stays {
-            true => format!(
+        let what = match sure {
+            Some(at) => format!(
                 "DeactUnit has switched off '{unit}': external axis {name} stays at {at}, \
                  whatever targets say"
             ),
-            false => format!(
+            None => format!(
                 "DeactUnit may have switched off external axis {name} ('{unit}'), which then \
                  stays where it is: it is read as if it went to where targets have it"
             ),
         };
+        let stays = sure.is_some();
         self.log.warning(Code::AxisIgnored, self.line, what);
         stays
     }

@@ -142,9 +142,8 @@ impl Value {
         }
     }
 
-    /// Why the rest is not known of a record of which a part was set and nothing else is known, its
-    /// first component least of all.
-    pub(super) fn is_rest(&self) -> Option<&str> {
+    /// Why the first component of a record is not known, and so the record as such.
+    pub(super) fn why_first_unknown(&self) -> Option<&str> {
         match self {
             Self::List(parts) => match parts.first() {
                 Some(Self::Unknown(why)) => Some(why),

@@ -455,29 +455,34 @@ fn further_points_on_the_arc_are_of_it_in_creo_s_files_and_a_doubt_elsewhere() {
     let Target::Arc { via, .. } = &creo.moves[3].to else { panic!("an arc") };
     let half = 0.1 * std::f64::consts::FRAC_1_SQRT_2;
     assert!((via.translation.vector - Vector3::new(-half, half, 0.0)).norm() < 1e-9, "{via}");
-    // A single one may be a D; a second shows how the file is written.
+    // It may be a D; three points show how the file is written.
     assert_eq!(told(&creo, Code::MotionLeftOut), [8]);
-    let second = "CIRCLE/-200,-30,0,0,0,-1,100\nGOTO/-200,-130,0\nGOTO/-300,-30,0\nGOTO/-300,9,0";
-    let both = apt(&text(CREO, &format!("{points}\n{second}")));
-    assert_eq!(ways(&both), "LLAALAAL");
+    let two = "CIRCLE/-200,-30,0,0,0,-1,100\nGOTO/-200,-130,0\nGOTO/-300,-30,0";
+    assert_eq!(told(&apt(&text(CREO, &format!("{points}\n{two}"))), Code::MotionLeftOut), [8]);
+    let three = format!("{two}\nGOTO/-200,70,0\nGOTO/-200,99,0");
+    let both = apt(&text(CREO, &format!("{points}\n{three}")));
+    assert_eq!(ways(&both), "LLAALAAAL");
     assert_eq!(told(&both, Code::MotionLeftOut), NONE);
     assert_eq!(told(&both, Code::UnitAssumed), NONE);
-    // Another arc has one point alone: that behind the first may be a line.
-    let another = "CIRCLE/-200,-30,0,0,0,-1,100\nGOTO/-200,-130,0\nGOTO/-250,-130,0";
-    let mixed = apt(&text(CREO, &format!("{points}\n{another}")));
-    assert_eq!(ways(&mixed), "LLAALAL");
+    // A longer arc has one point alone: that behind the first may be a line.
+    let longer = "CIRCLE/-200,100,0,0,0,1,1\nGOTO/-200,99,0\nGOTO/-200,90,0";
+    let mixed = apt(&text(CREO, &format!("{points}\n{three}\n{longer}")));
+    assert_eq!(ways(&mixed), "LLAALAAALAAL");
     assert_eq!(told(&mixed, Code::MotionLeftOut), [8]);
     // Elsewhere it is a line.
     let other = apt(&text("", points));
     assert_eq!(ways(&other), "LLALL");
     assert_eq!(told(&other, Code::MotionLeftOut), [7]);
+    // At another height it may be one of a helix.
+    assert_eq!(told(&apt(&text("", "GOTO/-100,0,-1")), Code::MotionLeftOut), [7]);
+    assert_eq!(told(&apt(&text(CREO, "GOTO/-100,0,-1")), Code::MotionLeftOut), [8]);
     // One of 2°, which is 0.015 mm off the arc; off the circle; at another height; behind a feed;
     // further than once round.
     let (sin, cos) = 2.0_f64.to_radians().sin_cos();
     for behind in [
         format!("GOTO/{},{},0", -100.0 * sin, 100.0 * cos),
         "GOTO/-99,0,0".to_owned(),
-        "GOTO/-100,0,1".to_owned(),
+        "GOTO/0,100,1".to_owned(),
         "FEDRAT/400,MMPM\nGOTO/-100,0,0".to_owned(),
         format!("GOTO/{},{},0", 100.0 * sin, 100.0 * cos),
     ] {

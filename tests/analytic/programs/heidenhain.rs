@@ -217,10 +217,13 @@ fn blocks_may_be_numbered_with_n_and_iso_is_refused() {
 #[test]
 fn comments_go_on_in_the_next_line() {
     for text in [
-        "L X+0 Y+0 Z+5 R0 FMAX M3 ; (half of key~\n width L X+99)~\n and more\nL Z-1\n",
+        "3 L X+0 Y+0 Z+5 R0 FMAX M3 ; (half of key~\n width L X+99)~\n and more\n4 L Z-1\n",
         "3 L X+0 Y+0 Z+5 R0 FMAX M3 ; (half of key~\n - width)\n4 L Z-1\n",
-        "L X+0 Y+0 Z+5 R0 FMAX M3\n; first ~\n L X+99\nL Z-1\n",
-        "L X+0 Y+0 Z+5 R0 FMAX M3\n* - first ~\n L X+99\nL Z-1\n",
+        "3 L X+0 Y+0 Z+5 R0 FMAX M3\n4 ; first ~\n L X+99\n5 L Z-1\n",
+        "3 L X+0 Y+0 Z+5 R0 FMAX M3\n4 * - first ~\n L X+99\n5 L Z-1\n",
+        // Blocks without numbers are none of a comment.
+        "L X+0 Y+0 Z+5 R0 FMAX M3\n; ~~~ first ~~~\nL Z-1\n",
+        "L X+0 Y+0 Z+5 R0 FMAX M3\n* - first ~\nL Z-1\n",
         "3 L X+0 Y+0 Z+5 R0 FMAX M3 ; key ~\n4 L Z-1\n",
         // The block goes on.
         "L X+0 Y+0 ~ ; first ~\n Z+5 R0 FMAX M3\nL Z-1\n",

@@ -127,7 +127,6 @@ fn a_trap_that_stops_or_drops_the_path_is_a_doubt() {
     for of_trap in [
         "StopMove;\nClearPath;\nStartMove;",
         "ExitCycle;",
-        "Stop;",
         "StopMove;",
         "StorePath;",
         "IF n>3 drop;",
@@ -135,7 +134,8 @@ fn a_trap_that_stops_or_drops_the_path_is_a_doubt() {
     ] {
         assert_eq!(told(of_trap), [(Code::MotionLeftOut, 12)], "{of_trap}");
     }
-    for of_trap in ["StopMove;\nStorePath;\nWaitTime 1;\nRestoPath;\nStartMove;", "EXIT;"] {
+    for of_trap in ["StopMove;\nStorePath;\nWaitTime 1;\nRestoPath;\nStartMove;", "EXIT;", "Stop;"]
+    {
         assert_eq!(told(of_trap), [], "{of_trap}");
     }
 }
@@ -190,6 +190,9 @@ fn a_unit_that_is_switched_off_stays() {
     assert_eq!(of("DeactUnit STN1;", "90"), (90.0, vec![]));
     assert_eq!(of("DeactUnit STN1; ActUnit STN1;", "0"), (0.0, vec![]));
     assert_eq!(of("IF DInput(di1)=1 DeactUnit STN1;", "0"), (0.0, doubt.clone()));
+    // Where it stood before is in no text.
+    let first = read_well(&format!("DeactUnit STN1;\n{}", on("90")), "", &with_table());
+    assert_eq!((table_at(&first, 0), doubts(&first).len()), (90.0, 1));
     // Of another unit that the job does not know the axis is not.
     assert_eq!(of("DeactUnit STN2;", "0"), (0.0, vec![]));
     let track = |last: &str| {
@@ -368,4 +371,17 @@ fn a_stop_point_of_a_time_is_a_dwell() {
     assert_eq!(of("s", &own("3,TRUE,[0,0,0,0],0,2.5")), (None, 1, 0));
     assert_eq!(of("sElse", ""), (None, 1, 1));
     assert_eq!(of("inpos50", ""), (None, 0, 0));
+}
+
+/// Which element of an array is set only the run knows: none is known behind it.
+#[test]
+fn an_element_that_only_the_run_knows_leaves_none_known() {
+    let more = "PROC set(INOUT num k)\nk:=900;\nENDPROC\nPROC to(num x)\n\
+                MoveL Offs(p,x,0,0),v100,fine,tool0;\nENDPROC";
+    for between in ["n{GInput(gi1)}:=900;", "i:=GInput(gi1);\nset n{i};", "Incr n{GInput(gi1)};"] {
+        let body = format!("VAR num n{{2}}:=[10,20];\nVAR num i;\n{START}\n{between}\nto n{{2}};");
+        let found = run(&body, more, &settings());
+        let told = found.expect_err(between);
+        assert!(told[0].what.contains("an element of 'n' was set"), "{between}: {told:?}");
+    }
 }

@@ -524,6 +524,8 @@ fn cuts_under_g49_are_a_doubt() {
         ("G49 G1 Z-1 F100", vec![6]),
         ("G49\nG81 X5 Z-5 R2 F90", vec![7]),
         ("G0 G49 Z9\nT1 M6\nM3\nG1 Z-1 F100", vec![9]),
+        ("G43 H0\nG1 Z-1 F100", vec![7]),
+        ("H0\nG1 Z-1 F100", vec![7]),
         ("G1 X5 F100\nG49\nG0 Z9\nX20", vec![]),
         ("G49\nG0 Z9\nG43 H1 Z5\nG1 X5 F100", vec![]),
     ] {
@@ -545,7 +547,10 @@ fn a_code_that_is_not_known_before_the_end_is_no_doubt() {
         assert_eq!(told(&program, Code::SpindleCommand), NONE, "{body}");
         assert_eq!(told(&program, Code::LeftOut), [6], "{body}");
     }
-    for body in ["M33\nG0 X20", "G0 X20 M33", "M33\nM3\nG1 X20", "M33\nG4 P1.5", "M33\nG28 Z0"] {
+    for home in ["M33\nG91 G28 Z0", "M33\nG53 G0 Z0"] {
+        assert_eq!(told(&read(home), Code::SpindleCommand), NONE, "{home}");
+    }
+    for body in ["M33\nG0 X20", "G0 X20 M33", "M33\nM3\nG1 X20", "M33\nG4 P1.5"] {
         assert_eq!(told(&read(body), Code::SpindleCommand), [6], "{body}");
     }
     // In a subprogram, and before a call of one.
