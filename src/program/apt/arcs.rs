@@ -32,6 +32,8 @@ pub(super) struct Ended {
     /// How far it has turned, rad.
     swept: f64,
     points: usize,
+    /// Whether it stays at one height.
+    is_flat: bool,
 }
 
 impl Ended {
@@ -188,10 +190,10 @@ impl Reader<'_> {
         // One that NX writes, or whose angle is given, ends there.
         let is_whole = arc.is_of_nx || arc.angle.is_some() || arc.more_turns > 0;
         let is_flat = (to - from).dot(&axis).abs() <= ON_CIRCLE_MM;
-        let may_go_on = !is_whole && is_flat && !self.rapid;
+        let may_go_on = !is_whole && !self.rapid;
         self.arc_to(line, [from, to], arc.centre, (axis, arc.more_turns))?;
         let swept = swept([from, to, arc.centre], axis);
-        let ended = Ended { centre: arc.centre, axis, swept, points: 1 };
+        let ended = Ended { centre: arc.centre, axis, swept, points: 1, is_flat };
         self.arc_before = may_go_on.then_some(ended);
         Ok(())
     }
@@ -207,12 +209,14 @@ impl Reader<'_> {
         let (Some(arc), Some(from)) = (self.arc_before, self.at) else { return Ok(false) };
         let turned = swept([from, to, arc.centre], arc.axis);
         let is_within_turn = arc.swept + turned <= TAU + SAME_ANGLE;
-        let is_on =
-            self.axis.angle(&axis_before) <= SAME_AXIS && arc.may_lead(from, to) && is_within_turn;
+        let is_on = arc.is_flat
+            && self.axis.angle(&axis_before) <= SAME_AXIS
+            && arc.may_lead(from, to)
+            && is_within_turn;
         let is_apart = arc.radius(from) * (1.0 - (turned / 2.0).cos()) > SAGITTA_MM;
         if !is_on {
             // Round the same axis at another height: a helix by points, or a line.
-            let is_higher = (to - from).dot(&arc.axis).abs() > ON_CIRCLE_MM;
+            let is_higher = !arc.is_flat || (to - from).dot(&arc.axis).abs() > ON_CIRCLE_MM;
             let is_round = (arc.radius(to) - arc.radius(from)).abs() <= ON_CIRCLE_MM;
             if is_apart && is_higher && is_round && is_within_turn {
                 self.doubt_line_behind_arc(line);
@@ -241,7 +245,8 @@ impl Reader<'_> {
 
     /// What follows is no point on the arc before it.
     pub(super) fn leave_arc(&mut self) {
-        let Some(Ended { swept, points, .. }) = self.arc_before.take() else { return };
+        let arc = self.arc_before.take().filter(|arc| arc.is_flat);
+        let Some(Ended { swept, points, .. }) = arc else { return };
         let Points { single, several, .. } = &mut self.arc_points;
         match points {
             1 => *single = single.max(swept),

@@ -476,6 +476,8 @@ fn further_points_on_the_arc_are_of_it_in_creo_s_files_and_a_doubt_elsewhere() {
     // At another height it may be one of a helix.
     assert_eq!(told(&apt(&text("", "GOTO/-100,0,-1")), Code::MotionLeftOut), [7]);
     assert_eq!(told(&apt(&text(CREO, "GOTO/-100,0,-1")), Code::MotionLeftOut), [8]);
+    let helix = text("", "GOTO/-100,0,-2").replace("GOTO/0,100,0", "GOTO/0,100,-1");
+    assert_eq!(told(&apt(&helix), Code::MotionLeftOut), [7]);
     // One of 2°, which is 0.015 mm off the arc; off the circle; at another height; behind a feed;
     // further than once round.
     let (sin, cos) = 2.0_f64.to_radians().sin_cos();
