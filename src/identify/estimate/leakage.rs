@@ -84,7 +84,7 @@ pub(super) fn under_window(blocks: &[Block], fit: &Fit) -> Option<Scatter> {
         let own = &ahead[0];
         for (d, other) in ahead.iter().enumerate().filter(|(_, other)| other.leaks() && own.leaks())
         {
-            let between = Between::new(&window, own, other);
+            let between = LinePair::new(&window, own, other);
             for (at, band) in leaks.iter_mut().enumerate() {
                 let [a, b] = [&own.by_response[at], &other.by_response[at]];
                 band.0[k][d] = between.product(&between.own(a), &between.other(b));
@@ -458,7 +458,7 @@ impl<'b> Window<'b> {
 }
 
 /// Two lines over one stretch: with itself, and with those before and after it.
-struct Between<'l> {
+struct LinePair<'l> {
     windows: [&'l Pair; 2],
     /// Of the windows of both lines.
     met: [C64; 3],
@@ -467,12 +467,12 @@ struct Between<'l> {
 }
 
 /// What leaks on one of two lines, and how it meets the window of the other.
-struct Toward<'l> {
+struct MetLeak<'l> {
     leak: &'l Pair,
     met: [C64; 3],
 }
 
-impl<'l> Between<'l> {
+impl<'l> LinePair<'l> {
     /// Stretches that meet.
     const STRETCHES: [[usize; 2]; 3] = [[0, 0], [0, 1], [1, 0]];
 
@@ -482,16 +482,16 @@ impl<'l> Between<'l> {
         Self { windows, met, power: 0.375 * window.length_s }
     }
 
-    fn own(&self, leak: &'l Pair) -> Toward<'l> {
-        Toward { leak, met: Self::STRETCHES.map(|[a, b]| leak.meet(a, self.windows[1], b)) }
+    fn own(&self, leak: &'l Pair) -> MetLeak<'l> {
+        MetLeak { leak, met: Self::STRETCHES.map(|[a, b]| leak.meet(a, self.windows[1], b)) }
     }
 
-    fn other(&self, leak: &'l Pair) -> Toward<'l> {
-        Toward { leak, met: Self::STRETCHES.map(|[a, b]| leak.meet(b, self.windows[0], a)) }
+    fn other(&self, leak: &'l Pair) -> MetLeak<'l> {
+        MetLeak { leak, met: Self::STRETCHES.map(|[a, b]| leak.meet(b, self.windows[0], a)) }
     }
 
     /// E(e_k e_l*) and E(e_k e_l) of what leaks.
-    fn product(&self, own: &Toward<'_>, other: &Toward<'_>) -> (C64, C64) {
+    fn product(&self, own: &MetLeak<'_>, other: &MetLeak<'_>) -> (C64, C64) {
         let (mut proper, mut improper) = (C64::default(), C64::default());
         for (i, [a, b]) in Self::STRETCHES.into_iter().enumerate() {
             proper += own.leak.meet(a, other.leak, b) * self.met[i];

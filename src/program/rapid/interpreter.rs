@@ -78,7 +78,7 @@ pub(super) struct Interpreter<'a> {
     /// The work object of the motion before.
     pub(super) active_object: WorkObject,
     /// Whether the arm stands where it went: the last move stops at its end.
-    pub(super) stands: bool,
+    pub(super) has_arrived: bool,
     /// The joints behind it, if they are known, degrees.
     pub(super) joints_now: Option<[f64; 6]>,
     /// Whether the last move may still run: `\Conc` stands there, and nothing has waited for it.
@@ -157,7 +157,7 @@ impl<'a> Interpreter<'a> {
             monitors: [true; 2],
             turning: Some(Turning::WithArc),
             active_object: WorkObject::default(),
-            stands: true,
+            has_arrived: true,
             runs_on: false,
             is_stopped: false,
             off: Vec::new(),

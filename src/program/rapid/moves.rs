@@ -66,7 +66,7 @@ impl<'a> Interpreter<'a> {
             Way::Circular => Some(self.eval(at(1, "the end of the arc")?)),
             _ => None,
         };
-        self.goes(stops, option("conc").is_some());
+        self.begin_move(stops, option("conc").is_some());
         if way == Way::AbsoluteJoints {
             let joints = self.joints(&first)?;
             self.log.configure(None);
@@ -91,7 +91,7 @@ impl<'a> Interpreter<'a> {
             let pace =
                 self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
-            self.stand(line, option("inpos"));
+            self.dwell_at_end(line, option("inpos"));
             return Ok(());
         }
         self.tell_own_frames(line, way, tool, option("wobj"));
@@ -118,7 +118,7 @@ impl<'a> Interpreter<'a> {
         (self.active_object, self.joints_now) = (object, None);
         let pace = self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
         self.log.motion(line, to, tcp, pace);
-        self.stand(line, option("inpos"));
+        self.dwell_at_end(line, option("inpos"));
         Ok(())
     }
 
@@ -258,7 +258,7 @@ impl<'a> Interpreter<'a> {
 
     /// Tells where the program asks for where the arm is while it moves on.
     pub(super) fn doubt_where(&mut self, function: &Name) {
-        if !self.stands && self.log.has_moved() {
+        if !self.has_arrived && self.log.has_moved() {
             let what = format!(
                 "{} asks for where the arm is behind a move for whose end the program does not \
                  wait (fine, without \\Conc): the end of that move is taken",

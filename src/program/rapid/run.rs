@@ -432,8 +432,8 @@ impl<'a> Interpreter<'a> {
             };
         }
         match key {
-            "waittime" => self.wait(line, args),
-            "waitrob" | "stop" => self.waits(),
+            "waittime" => self.wait_time(line, args),
+            "waitrob" | "stop" => self.arrive(),
             "exit" | "systemstopaction" => return Flow::Exit,
             "exitcycle" => {
                 self.starts_again = true;
@@ -490,7 +490,7 @@ impl<'a> Interpreter<'a> {
             _ => {
                 // `WaitUntil\InPos` and its like: the arm has come to stand.
                 if key.starts_with("wait") && args.optional.iter().any(|(own, _)| own == "inpos") {
-                    self.waits();
+                    self.arrive();
                 }
                 match key {
                     "waituntil" => self.waited(args),

@@ -197,19 +197,23 @@ impl<'a> Interpreter<'a> {
 
     /// Whether an assignment sets something; then it is done.
     pub(super) fn assigns_setter(&mut self, line: usize, path: &Path, given: Given) -> bool {
-        if self.would_assign(path) {
-            self.doubt_beside(Code::SpindleCommand, line, &path.name.shown);
-        }
-        self.would_assign(path) && set_by_name(self.settings, self.log, line, &path.name.key, given)
+        let Some(sets) = self.set_by_assignment(path) else { return false };
+        self.doubt_beside(code_of(sets), line, &path.name.shown);
+        set_by_name(self.settings, self.log, line, &path.name.key, given)
     }
 
     /// Whether an assignment would set something.
     pub(super) fn would_assign(&self, path: &Path) -> bool {
+        self.set_by_assignment(path).is_some()
+    }
+
+    fn set_by_assignment(&self, path: &Path) -> Option<Sets> {
         let is_it = |by: &SetBy| match &by.what {
             Setter::Signal(own) => own.to_lowercase() == path.name.key,
             _ => false,
         };
-        path.steps.is_empty() && all(self.settings).any(|(_, by)| is_it(by))
+        let mut own = all(self.settings).filter(|_| path.steps.is_empty());
+        own.find(|(_, by)| is_it(by)).map(|(sets, _)| sets)
     }
 
     /// Whether a call would set something.

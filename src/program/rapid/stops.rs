@@ -18,18 +18,18 @@ pub(super) fn drops(key: &str) -> bool {
 
 impl<'a> Interpreter<'a> {
     /// A move begins: whether it stops at its end, and whether the program runs on beside it.
-    pub(super) fn goes(&mut self, stops: bool, runs_on: bool) {
-        self.stands = stops && !runs_on;
+    pub(super) fn begin_move(&mut self, stops: bool, runs_on: bool) {
+        self.has_arrived = stops && !runs_on;
         // The first of all moves goes to where the path starts.
         self.runs_on = runs_on && self.log.has_moved();
         self.is_stopped &= runs_on;
     }
 
     /// The program waits until the arm stands.
-    pub(super) fn waits(&mut self) {
+    pub(super) fn arrive(&mut self) {
         // What StopMove holds does not stand at its end.
         if !self.is_stopped {
-            self.stands = true;
+            self.has_arrived = true;
             self.runs_on = false;
         }
     }
@@ -37,7 +37,7 @@ impl<'a> Interpreter<'a> {
     /// Heeds what holds the arm on its way, or drops the rest of it.
     pub(super) fn heed_stop(&mut self, line: usize, name: &Name) {
         match name.key.as_str() {
-            "stopmove" => self.is_stopped |= !self.stands,
+            "stopmove" => self.is_stopped |= !self.has_arrived,
             "startmove" => self.is_stopped = false,
             key if drops(key) => {
                 self.doubt_rest(line, &name.shown);
@@ -60,7 +60,7 @@ impl<'a> Interpreter<'a> {
     }
 
     fn doubt_rest(&mut self, line: usize, shown: &str) {
-        if !self.stands && self.log.has_moved() {
+        if !self.has_arrived && self.log.has_moved() {
             let what = format!(
                 "{shown} stands behind a move for whose end the program does not wait (fine, \
                  without \\Conc): what is left of it may be dropped; it is read as if it were done"
@@ -81,9 +81,9 @@ impl<'a> Interpreter<'a> {
     }
 
     /// `WaitTime 2;`: the arm stands, unless it is on its way.
-    pub(super) fn wait(&mut self, line: usize, args: &'a Args) {
+    pub(super) fn wait_time(&mut self, line: usize, args: &'a Args) {
         if args.optional.iter().any(|(name, _)| name == "inpos") {
-            self.waits();
+            self.arrive();
         }
         match args.positional.first().map(|expr| self.eval(expr).num()) {
             Some(Ok(seconds)) if seconds > 0.0 && self.runs_on && !self.is_stopped => {
@@ -106,7 +106,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// `\Inpos:=stoptime0_5`: at the end of its way the arm stands for the time that the data have.
-    pub(super) fn stand(&mut self, line: usize, data: Option<&Value>) {
+    pub(super) fn dwell_at_end(&mut self, line: usize, data: Option<&Value>) {
         let Some(data) = data else { return };
         let number = |at: usize| data.part(at, "stoppointdata").and_then(Value::num);
         let why = match number(0).map(stop_point_of) {
