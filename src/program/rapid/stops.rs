@@ -87,19 +87,13 @@ impl<'a> Interpreter<'a> {
         }
         match args.positional.first().map(|expr| self.eval(expr).num()) {
             Some(Ok(seconds)) if seconds > 0.0 && self.runs_on && !self.is_stopped => {
-                // Where the speed of the spindle follows the time, it counts.
-                let code = match self.settings.is_scheduled {
-                    true => Code::MotionLeftOut,
-                    false => Code::LeftOut,
-                };
                 let what = "WaitTime behind a move with \\Conc runs while the arm is on it: the \
                             time is left out";
-                self.log.warning(code, line, what);
+                self.leave_out_time(line, what);
             }
             Some(Ok(seconds)) => self.log.dwell(line, seconds),
             Some(Err(why)) => {
-                let what = format!("WaitTime: {why}; the time is left out");
-                self.log.warning(Code::LeftOut, line, what);
+                self.leave_out_time(line, &format!("WaitTime: {why}; the time is left out"));
             }
             None => self.log.error(Code::Motion, line, "WaitTime: the time is missing"),
         }
@@ -119,6 +113,15 @@ impl<'a> Interpreter<'a> {
             Err(why) => why,
         };
         let what = format!("\\Inpos: {why}; the time at the stop point is left out");
-        self.log.warning(Code::LeftOut, line, what);
+        self.leave_out_time(line, &what);
+    }
+
+    /// Where the speed of the spindle follows the time, it counts.
+    fn leave_out_time(&mut self, line: usize, what: &str) {
+        let code = match self.settings.is_scheduled {
+            true => Code::MotionLeftOut,
+            false => Code::LeftOut,
+        };
+        self.log.warning(code, line, what);
     }
 }

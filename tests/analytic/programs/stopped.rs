@@ -385,3 +385,19 @@ fn an_element_that_only_the_run_knows_leaves_none_known() {
         assert!(told[0].what.contains("an element of 'n' was set"), "{between}: {told:?}");
     }
 }
+
+/// Where the job's speed follows the time, a time that is left out is a doubt.
+#[test]
+fn a_time_that_is_left_out_counts_where_the_speed_follows_it() {
+    let follows = "MoveL Offs(p,100,0,0),v100,fine\\Inpos:=fllwtime0_5,tool0;";
+    for between in [follows, "WaitTime GInput(gi1);"] {
+        for is_scheduled in [false, true] {
+            let job = Settings { is_scheduled, ..settings() };
+            let found = read_well(&format!("{START}\n{between}\n{BACK}"), "", &job);
+            let is_told = |note: &&Note| note.what.contains("is left out");
+            let told: Vec<&Note> = found.warnings.iter().filter(is_told).collect();
+            let is_doubt = told.iter().any(|note| note.code.class() == Class::Doubt);
+            assert_eq!((told.len(), is_doubt), (1, is_scheduled), "{between}: {told:?}");
+        }
+    }
+}
