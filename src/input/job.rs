@@ -265,12 +265,25 @@ impl<'j> Reader<'j> {
                 (Ok(_), None) => {}
                 (Err(_), _) => {
                     let what = format!(
-                        "tools has the key '{key}', must be the number of a tool in the program"
+                        "tools has the key '{key}', must be the number of a tool in the program; \
+                         for one that the program calls by a name: {{1: {{name: …, teeth: …}}}}"
                     );
                     self.error(Code::Value, &steps, what);
                 }
             }
         }
+    }
+
+    /// Numbers of tools by their names, but for names that several have.
+    fn tool_names(&self) -> BTreeMap<String, u32> {
+        let mut found: BTreeMap<String, Option<u32>> = BTreeMap::new();
+        for (number, (_, tool)) in &self.tools {
+            if let Some(name) = &tool.name {
+                let is_other = found.contains_key(name);
+                found.insert(name.clone(), (!is_other).then_some(*number));
+            }
+        }
+        found.into_iter().filter_map(|(name, number)| Some((name, number?))).collect()
     }
 
     fn external_axes(&mut self) {

@@ -317,6 +317,7 @@ fn settings(
             raw::J3From::UpperArm => J3From::UpperArm,
         }),
         tool_frames: frames(context, path, "tool_frames", raw.tool_frames.as_ref(), notes),
+        tool_names: context.tool_names.clone(),
         base_frames: frames(context, path, "base_frames", raw.base_frames.as_ref(), notes),
         external_axes: context.external_axes.clone(),
         mechanical_units: mechanical_units(context, raw, path, notes),

@@ -37,6 +37,8 @@ pub(super) struct OperationContext<'c> {
     pub(super) external_axes: &'c BTreeMap<String, ExternalAxis>,
     /// What programs are taken to find, by name in lower case.
     pub(super) assume: &'c BTreeMap<String, Assumed>,
+    /// Numbers of the job's tools by their names.
+    pub(super) tool_names: &'c BTreeMap<String, u32>,
     /// The job's, where it states one for the whole operation, rev/min.
     pub(super) spindle_rpm: Option<f64>,
     /// Whether the spindle's speed follows the operation's time.

@@ -394,9 +394,17 @@ impl<'a> Cutter<'a> {
         Ok(())
     }
 
-    /// A tool by its name alone: the first is taken for the job's.
+    /// The number of a tool that the job lists by its name.
+    pub(super) fn number_of(&self, name: &str) -> Option<u32> {
+        self.settings.tool_names.get(name).copied()
+    }
+
+    /// A tool by a name that the job does not list: the first is taken for the job's.
     pub(super) fn named_tool(&mut self, line: usize, name: &str) {
-        let what = format!("tool \"{name}\" has a name and no number");
+        let what = format!(
+            "tool \"{name}\" has a name and no number (tools in the job may give one: {{1: {{name: \
+             \"{name}\", …}}}})"
+        );
         let is_first = self.named.get_or_insert_with(|| name.to_owned()) == name;
         if is_first && !self.has_number {
             self.log.warning(Code::LeftOut, line, format!("{what}: left out"));

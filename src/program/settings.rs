@@ -52,6 +52,8 @@ pub struct Settings {
     pub arguments: Vec<String>,
     /// All but RAPID: frames of tools in the tip frame, by number.
     pub tool_frames: BTreeMap<u32, Isometry3<f64>>,
+    /// Heidenhain, Sinumerik: numbers of tools that the program calls by these names.
+    pub tool_names: BTreeMap<String, u32>,
     /// KRL, Fanuc: bases and user frames in the robot's base frame, by number.
     pub base_frames: BTreeMap<u32, Isometry3<f64>>,
     /// Joints of the robot that the program moves as external axes, by the axis's name in lower
@@ -88,6 +90,7 @@ impl Default for Settings {
             j3_from: None,
             arguments: Vec::new(),
             tool_frames: BTreeMap::new(),
+            tool_names: BTreeMap::new(),
             base_frames: BTreeMap::new(),
             external_axes: BTreeMap::new(),
             mechanical_units: BTreeMap::new(),

@@ -18,6 +18,8 @@ pub(super) const CHAMFER_LENGTH: u8 = b'f';
 pub(super) const POLAR_ANGLE: u8 = b'p';
 pub(super) const POLAR_RADIUS: u8 = b'q';
 pub(super) const ANGLE: u8 = b'g';
+/// LIMS=: the most that the spindle may turn.
+pub(super) const LIMIT: u8 = b'l';
 /// FB=: the feed of this block alone.
 pub(super) const BLOCK_FEED: u8 = b'e';
 pub(super) const ON_THE_WAY: [u8; 3] = *b"ijk";
@@ -401,6 +403,7 @@ impl<'t> Lexer<'t> {
             "RP" => POLAR_RADIUS,
             "ANG" => ANGLE,
             "FB" => BLOCK_FEED,
+            "LIMS" => LIMIT,
             "I1" => ON_THE_WAY[0],
             "J1" => ON_THE_WAY[1],
             "K1" => ON_THE_WAY[2],
@@ -410,8 +413,8 @@ impl<'t> Lexer<'t> {
                 block.names.push(("SPOS".to_owned(), String::new()));
                 return self.computed(block, Reader::expression).map(|_| ());
             }
-            // How corners are smoothed, and the most that the spindle may turn.
-            "ADIS" | "ADISPOS" | "CTOL" | "OTOL" | "ATOL" | "LIMS" => {
+            // How corners are smoothed.
+            "ADIS" | "ADISPOS" | "CTOL" | "OTOL" | "ATOL" => {
                 return self.computed(block, Reader::expression).map(|_| ());
             }
             _ if bytes.len() == 1 && bytes[0] != b'_' => bytes[0],

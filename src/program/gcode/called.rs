@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::cycle::unknown_before_cycle;
 use super::siemens::{Cycle, DrillingCall, coarse_pitch};
 use super::state::Machine;
 use crate::program::arc::Plane;
@@ -14,14 +15,17 @@ use crate::units::{hz_from_rpm, m_per_s_from_mm_per_min};
 const CHIP_BREAK_MM: f64 = 1.0;
 
 impl Machine<'_> {
-    /// A hole where the tool is.
+    /// A hole where the tool is in the plane: the heights are the call's own.
     pub(super) fn drill_call(&mut self, line: usize, call: &DrillingCall) -> Result<(), String> {
         self.no_corner()?;
-        let Plane([.., w]) = self.plane;
+        let Plane([u, v, w]) = self.plane;
         if self.rotary.moves_work() || self.cutter.feed.kind == FeedKind::InverseTime {
             return Err("a cycle in inverse time or on turned work is not supported".to_owned());
         }
-        let place = self.cutter.place().ok_or("a cycle from an unknown position")?;
+        let mut over = Vector3::zeros();
+        for axis in [u, v] {
+            over[axis] = self.cutter.at[axis].ok_or_else(|| unknown_before_cycle(axis))?;
+        }
         call.refuse_others(w)?;
         let need =
             |at: usize, name: &str| call.get(at).ok_or_else(|| format!("the cycle has no {name}"));
@@ -116,8 +120,7 @@ impl Machine<'_> {
             dwell_peck_s,
             dwell_out_s,
         };
-        let mut over = place;
-        over[w] = 0.0;
+        self.starts(line);
         match tapped {
             Some(turns) => {
                 self.tap(line, |height| over + Vector3::ith(w, height), &hole, turns);

@@ -1,6 +1,6 @@
 //! A block of G-code → what the controller does, in the order that RS-274 gives.
 
-use super::block::{BLOCK_FEED, Block, DIRECTION, Word};
+use super::block::{BLOCK_FEED, Block, DIRECTION, LIMIT, Word};
 use super::flow::Flow;
 use super::names::Name;
 use super::state::{AXES, Machine, Motion, Uncompensated};
@@ -44,8 +44,9 @@ pub(super) fn run(machine: &mut Machine<'_>, flow: &mut Flow<'_>, line: usize, b
         return;
     }
     machine.tell_unknown_before(block);
-    // To G65 it is an argument, to Haas' G187 how much corners are rounded.
-    let is_argument = block.codes('G').any(|code| matches!(code, 650 | 1870));
+    // To G65 it is an argument, to Haas' G187 how much corners are rounded, to M66 an input.
+    let is_argument = block.codes('G').any(|code| matches!(code, 650 | 1870))
+        || block.codes('M').any(|code| code == 660);
     if block.word(b'E').is_some() && !is_argument {
         machine.cutter.log.warning(Code::AxisIgnored, line, "E words are left out");
     }
@@ -247,7 +248,10 @@ fn modal(
         430 | 440 => machine.compensate(),
         490 => machine.end_compensation(),
         // G97 of Sinumerik's is one of the kinds of feed, that of G95 with a fixed speed.
-        970 if machine.is_sinumerik => machine.cutter.feed_kind(FeedKind::PerRevolution),
+        970 if machine.is_sinumerik => {
+            machine.is_g97 = true;
+            machine.cutter.feed_kind(FeedKind::PerRevolution);
+        }
         970 => {}
         960 | 9610 | 9620 => {
             let shown = shown('G', code);
@@ -285,9 +289,14 @@ fn modal(
         901 => machine.centre_absolute = true,
         910 => machine.relative = true,
         911 => machine.centre_absolute = false,
-        930 => machine.cutter.feed_kind(FeedKind::InverseTime),
-        940 => machine.cutter.feed_kind(FeedKind::PerMinute),
-        950 => machine.cutter.feed_kind(FeedKind::PerRevolution),
+        930 | 940 | 950 => {
+            machine.is_g97 = false;
+            machine.cutter.feed_kind(match code {
+                930 => FeedKind::InverseTime,
+                940 => FeedKind::PerMinute,
+                _ => FeedKind::PerRevolution,
+            });
+        }
         980 => machine.back_to_initial = true,
         990 => machine.back_to_initial = false,
         100 | 520 | 920 => once.sets = Some(code),
@@ -324,6 +333,8 @@ fn spindle_and_tool(
     if let Some(Word { value, span, .. }) = speed {
         machine.cutter.state_speed(line, value, span)?;
     }
+    machine.limit_rpm = block.word(LIMIT).map(|word| word.value).or(machine.limit_rpm);
+    machine.tell_limit(line);
     if let Some(tool) = block.get('T') {
         machine.select_tool(tool)?;
     }
@@ -355,6 +366,11 @@ fn spindle_and_tool(
             50 => {}
             1980 => return Err("M198 calls a program that is not read".to_owned()),
             60 => machine.change_tool()?,
+            // LinuxCNC's; without Q it is what the machine's builder makes of it.
+            610 => match block.get('Q').filter(|_| !machine.is_sinumerik) {
+                Some(tool) => machine.state_tool(tool)?,
+                None => starts |= machine.unknown(line, code, block, speed.is_some()),
+            },
             // The spindle stands at an angle until it is started anew.
             190 => machine.cutter.turn_spindle(line, false),
             0 | 10 | 20 | 300 | 70..=99 | 170 | 480 | 490 | 600 | 970 | 980 | 990 => {}
@@ -386,12 +402,15 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         return Ok(());
     }
     let repeats = block.codes('M').any(|code| code == 970 || code == 980);
-    if block.word(b'L').is_some() && !repeats && !matches!(machine.motion, Motion::Cycle(_)) {
+    // Q of M61, L and Q of M66, Q of M67 and M68.
+    let has_words_of_m = block.codes('M').any(|code| matches!(code, 610 | 660 | 670 | 680));
+    let is_call = block.word(b'L').is_some() && !repeats && !has_words_of_m;
+    if is_call && !matches!(machine.motion, Motion::Cycle(_)) {
         return Err("L calls a subprogram that is not read, or is not understood here".to_owned());
     }
     let has_axes = block.has_place() || block.has_any(&super::rotary::LETTERS);
     let in_cycle = matches!(machine.motion, Motion::Cycle(_));
-    let has_cycle_words = in_cycle && block.has_any(b"RQ");
+    let has_cycle_words = in_cycle && !has_words_of_m && block.has_any(b"RQ");
     let full_turn = matches!(machine.motion, Motion::Arc { .. }) && block.has_any(b"IJK");
     if once.reference {
         machine.no_corner()?;

@@ -29,11 +29,14 @@ impl Machine<'_> {
         if !matches!(self.motion, Motion::Cycle(_)) {
             self.was_rapid = self.motion == Motion::Rapid;
             let Plane([.., w]) = self.plane;
-            let initial = self.cutter.at[w].unwrap_or_default();
-            self.cycle = Cycle { initial, ..Cycle::default() };
+            self.cycle = Cycle { initial: self.cutter.at[w], ..Cycle::default() };
         }
         self.cycle.is_tap = matches!(code, 740 | 840);
-        self.cycle.dwells = !matches!(code, 810 | 850);
+        if self.cycle.code != code {
+            // Others dwell by a P of their own alone.
+            self.cycle.dwells = matches!(code, 820 | 890);
+        }
+        self.cycle.code = code;
         self.cycle.breaks_chips = code == 730;
         self.motion = Motion::Cycle(kind);
     }
@@ -82,6 +85,7 @@ impl Machine<'_> {
         self.cycle.step = step.or(self.cycle.step);
         if let Some(word) = block.word(b'P') {
             self.cycle.dwell_s = self.dwell_s(line, word)?;
+            self.cycle.dwells |= !matches!(self.cycle.code, 810 | 850);
         }
         let given_r = self.cycle.retract.ok_or("the cycle has no R")?;
         let name = char::from(AXES[w]);
@@ -97,7 +101,10 @@ impl Machine<'_> {
             Height::Word(value) => value + shift,
             Height::Relative(by) => from + by,
         };
-        let retract = level(given_r, self.cycle.initial);
+        let retract = match (given_r, self.cycle.initial) {
+            (Height::Relative(_), None) => return Err(self.unknown_height(w)),
+            (height, initial) => level(height, initial.unwrap_or_default()),
+        };
         let bottom = level(given_z, retract);
         if bottom > retract {
             return Err(format!("the bottom ({name} {bottom}) lies above R ({retract})"));
@@ -129,8 +136,11 @@ impl Machine<'_> {
         }
         let by = |axis: usize| block.word(AXES[axis]).map_or(0.0, |word| self.mm(word.value));
         let (by_u, by_v) = (by(u), by(v));
-        let initial = if self.back_to_initial { self.cycle.initial } else { retract };
-        let initial = initial.max(retract);
+        let initial = match self.cycle.initial {
+            _ if !self.back_to_initial => retract,
+            Some(initial) => initial.max(retract),
+            None => return Err(self.unknown_height(w)),
+        };
         if kind == CycleKind::Bore && !self.cycle.is_tap && initial > retract {
             self.tell_way_out(line);
         }
@@ -150,6 +160,9 @@ impl Machine<'_> {
         };
         let axis = Vector3::ith(w, 1.0);
         let mut over = before;
+        if repeats > 0.0 {
+            self.starts(line);
+        }
         // Whole and at most MAX_REPEATS, checked above.
         for _ in 0..repeats as u32 {
             if self.relative {
@@ -164,21 +177,33 @@ impl Machine<'_> {
                 break;
             }
         }
-        self.shift.start();
         Ok(())
     }
 
-    /// The height is known: the cycle begins with a rapid move over its first hole.
+    /// The cycle begins with a rapid move over its first hole: level where the height is known,
+    /// else to R, where it goes back there.
     fn over_first_hole(&mut self, line: usize, block: &Block) -> Result<Vector3<f64>, String> {
-        let unknown = "a cycle from an unknown position";
         let Plane([u, v, w]) = self.plane;
         let (at, to) = (self.cutter.at, self.end_of(block)?);
         let mut over = Vector3::zeros();
-        for (axis, known) in [(u, to[u]), (v, to[v]), (w, at[w])] {
-            over[axis] = known.ok_or(unknown)?;
+        for axis in [u, v] {
+            over[axis] = to[axis].ok_or_else(|| unknown_before_cycle(axis))?;
         }
-        self.line_to(line, over, Pace::Rapid, None)?;
+        match at[w] {
+            Some(height) => {
+                over[w] = height;
+                self.line_to(line, over, Pace::Rapid, None)?;
+            }
+            None if self.back_to_initial || self.relative => return Err(self.unknown_height(w)),
+            None => {}
+        }
         Ok(over)
+    }
+
+    /// Where the cycle needs the height before it.
+    fn unknown_height(&self, w: usize) -> String {
+        let remedy = if self.relative { "" } else { ", or G99 to go back to R alone" };
+        format!("{}{remedy}", unknown_before_cycle(w))
     }
 
     fn tell_way_out(&mut self, line: usize) {
@@ -189,7 +214,7 @@ impl Machine<'_> {
     }
 
     /// What changes the time alone, which matters where the spindle's speed follows it.
-    fn tell_time(&mut self, line: usize, what: &str) {
+    pub(super) fn tell_time(&mut self, line: usize, what: &str) {
         let code = if self.is_scheduled { Code::UnitAssumed } else { Code::Assumed };
         self.cutter.log.warning(code, line, what);
     }
@@ -216,4 +241,10 @@ impl Machine<'_> {
         let steps = 1..=count as u32;
         Ok(steps.map(|peck| (retract - f64::from(peck) * step).max(bottom)).collect())
     }
+}
+
+/// What a cycle needs of an axis that it does not state itself.
+pub(super) fn unknown_before_cycle(axis: usize) -> String {
+    let name = char::from(AXES[axis]);
+    format!("{name} is not known before the cycle: program {name} by a rapid move before it")
 }

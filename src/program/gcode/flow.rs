@@ -508,7 +508,7 @@ impl<'t> Flow<'t> {
                 }
                 Ok(())
             }
-            "ENDWHILE" | "ENDREPEAT" | "CONTINUE" => {
+            "ENDWHILE" | "ENDREPEAT" => {
                 let head = self.head(here, &["WHILE", "REPEAT"]);
                 self.next = head.ok_or("a loop ends that has no beginning")?.line;
                 Ok(())
@@ -529,14 +529,27 @@ impl<'t> Flow<'t> {
                     None => self.go_behind(label, line, &["ENDREPEAT"]),
                 }
             }
-            _ => {
-                let ends = ["ENDWHILE", "ENDREPEAT", "WHILE"];
-                let end = self.find(label, line, &ends)?;
-                self.repeats.retain(|&at, _| !(at < line && line < end));
-                self.next = end + 1;
-                Ok(())
-            }
+            _ => self.leave_body(here),
         }
+    }
+
+    /// CONTINUE goes on where the loop asks or counts, which of DO is the WHILE at its end; BREAK
+    /// goes behind the loop.
+    fn leave_body(&mut self, here: &OWord) -> Result<(), String> {
+        let head = self.head(here, &["WHILE", "REPEAT", "DO"]);
+        let head = head.ok_or_else(|| format!("{} outside of a loop", here.keyword))?;
+        let (from, is_do) = (head.line, head.keyword == "DO");
+        let ends: &[&str] = if is_do { &["WHILE"] } else { &["ENDWHILE", "ENDREPEAT"] };
+        let end = self.find(&here.label, here.line, ends)?;
+        let breaks = here.keyword == "BREAK";
+        // Loops within count anew.
+        self.repeats.retain(|at, _| !(from..here.line).contains(at) || *at == from && !breaks);
+        self.next = match (breaks, is_do) {
+            (true, _) => end + 1,
+            (false, true) => end,
+            (false, false) => from,
+        };
+        Ok(())
     }
 
     /// Whether an ELSEIF was come to because the condition before was false.

@@ -193,7 +193,7 @@ impl Machine<'_> {
                 self.cutter.line_to(line, at, pace);
                 // Where the text has it.
                 self.cutter.at = [Some(to.x), Some(to.y), Some(to.z)];
-                self.shift.start();
+                self.starts(line);
                 Ok(())
             }
         }

@@ -106,7 +106,10 @@ impl Machine<'_> {
             return Ok(Name::None);
         }
         if name == "T=" {
-            self.cutter.named_tool(line, inside);
+            match self.cutter.number_of(inside) {
+                Some(number) => self.select_tool(f64::from(number))?,
+                None => self.cutter.named_tool(line, inside),
+            }
             return Ok(Name::None);
         }
         if name == "SPOS" {

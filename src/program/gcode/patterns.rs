@@ -3,6 +3,7 @@
 
 use nalgebra::Vector3;
 
+use super::cycle::unknown_before_cycle;
 use super::expression::Parameters;
 use super::siemens::arguments;
 use super::state::Machine;
@@ -34,8 +35,12 @@ impl Machine<'_> {
         }
         self.no_corner()?;
         self.keeps_frame(name)?;
-        let at = self.cutter.place().ok_or("a pattern of holes from an unknown position")?;
-        let Plane([u, v, _]) = self.plane;
+        let Plane([u, v, w]) = self.plane;
+        let mut at = Vector3::zeros();
+        for axis in [u, v] {
+            at[axis] = self.cutter.at[axis].ok_or_else(|| unknown_before_cycle(axis))?;
+        }
+        at[w] = self.cutter.at[w].unwrap_or_default();
         [u, v].into_iter().for_each(|axis| self.shift.goes_by_zero(axis));
         let shift = self.shift.total();
         let centre = [self.mm(*first) + shift[u], self.mm(*second) + shift[v]];
@@ -64,9 +69,16 @@ impl Machine<'_> {
         let call = self.called.take();
         let mut done = Ok(());
         for mut place in places {
-            let Plane([.., w]) = self.plane;
-            place[w] = self.cutter.at[w].unwrap_or(place[w]);
-            done = self.line_to(line, place, Pace::Rapid, None);
+            match self.cutter.at[w] {
+                Some(height) => {
+                    place[w] = height;
+                    done = self.line_to(line, place, Pace::Rapid, None);
+                }
+                // The cycle goes to a height of its own.
+                None => {
+                    (self.cutter.at[u], self.cutter.at[v]) = (Some(place[u]), Some(place[v]));
+                }
+            }
             if let (Ok(()), Some(call)) = (&done, &call) {
                 done = self.drill_call(line, call);
             }

@@ -57,6 +57,17 @@ impl Machine<'_> {
             self.cutter.turn_spindle(line, true);
             return true;
         }
+        if code == 660 && !self.is_sinumerik && block.has_any(b"PE") {
+            let what = "M66 waits for an input: how long is not known, and left out";
+            self.tell_time(line, what);
+            return false;
+        }
+        // To LinuxCNC outputs by number, to Haas some of the user's own.
+        let is_output = matches!(code, 620 | 630 | 640 | 650) && !self.is_sinumerik;
+        let is = match is_output {
+            true => "switches an output and is left out",
+            false => "is not understood and left out",
+        };
         let (note, more) = match code {
             610 => (Code::ChangeIgnored, ": on LinuxCNC it says which tool is in the spindle"),
             700 | 720 | 730 => (
@@ -66,13 +77,13 @@ impl Machine<'_> {
             ),
             _ if self.cutter.is_on == Some(false) => {
                 // Told when it is known whether anything follows.
-                self.unknown_codes.push((line, name));
+                self.unknown_codes.push((line, format!("{name} {is}")));
                 self.tell_unknown_before(block);
                 return false;
             }
             _ => (Code::LeftOut, ""),
         };
-        let what = format!("{name} is not understood and left out{more}");
+        let what = format!("{name} {is}{more}");
         self.cutter.log.warning(note, line, what);
         false
     }
@@ -85,19 +96,15 @@ impl Machine<'_> {
     }
 
     pub(super) fn tell_unknown(&mut self) {
-        for (line, name) in std::mem::take(&mut self.unknown_codes) {
-            let what = format!(
-                "{name} is not understood and left out; if it starts the spindle, what follows is \
-                 not checked"
-            );
+        for (line, what) in std::mem::take(&mut self.unknown_codes) {
+            let what = format!("{what}; if it starts the spindle, what follows is not checked");
             self.cutter.log.warning(Code::SpindleCommand, line, what);
         }
     }
 
     /// The program ends: nothing follows codes that are not known.
     pub(super) fn end_unknown(&mut self) {
-        for (line, name) in std::mem::take(&mut self.unknown_codes) {
-            let what = format!("{name} is not understood and left out");
+        for (line, what) in std::mem::take(&mut self.unknown_codes) {
             self.cutter.log.warning(Code::LeftOut, line, what);
         }
     }

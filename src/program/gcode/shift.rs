@@ -23,7 +23,8 @@ pub(super) struct Shift {
     /// Offsets of the machine as G10 L2 sets them, by code.
     origins: HashMap<i64, Vector3<f64>>,
     active: i64,
-    chosen: Option<i64>,
+    /// Axes whose places count from an offset that held before, up to where the path starts.
+    of_other: [bool; 3],
     /// The offset that is the job's work object.
     base: Option<i64>,
     /// Its origin when the path started.
@@ -41,7 +42,7 @@ impl Default for Shift {
             aside: Vector3::zeros(),
             origins: HashMap::new(),
             active: FIRST,
-            chosen: None,
+            of_other: [false; 3],
             base: None,
             base_origin: None,
             moved: Vector3::zeros(),
@@ -68,22 +69,30 @@ impl Shift {
         self.base.is_some()
     }
 
-    /// The path has started: what holds now is the job's work object.
-    pub(super) fn start(&mut self) {
+    /// The path has started: what holds now is the job's work object. Gives the axes whose places
+    /// count from another offset.
+    pub(super) fn start(&mut self) -> [bool; 3] {
         if self.base.is_none() {
             self.base = Some(self.active);
             self.base_origin = self.origins.get(&self.active).copied();
         }
+        std::mem::take(&mut self.of_other)
     }
 
-    /// Chooses a work offset; an error where the way from one to the other is not known.
-    pub(super) fn choose(&mut self, code: i64, has_moved: bool) -> Result<(), ()> {
-        // Where the program has moved without a choice, the first offset held.
-        let before = self.chosen.replace(code).or(has_moved.then_some(self.active));
-        self.active = code;
+    /// Chooses a work offset; an error where the way from one to the other is not known. Before the
+    /// path starts no way is lost: axes that are known by then are to be given anew.
+    pub(super) fn choose(&mut self, code: i64, at: [Option<f64>; 3]) -> Result<(), ()> {
+        if std::mem::replace(&mut self.active, code) == code {
+            return Ok(());
+        }
+        let Some(base) = self.base else {
+            for (is_of_other, at) in self.of_other.iter_mut().zip(at) {
+                *is_of_other |= at.is_some();
+            }
+            return Ok(());
+        };
         let is_known = self.origins.contains_key(&code) && self.base_origin.is_some();
-        let same = before.is_none_or(|before| before == code) || self.base == Some(code);
-        if same || is_known { Ok(()) } else { Err(()) }
+        if base == code || is_known { Ok(()) } else { Err(()) }
     }
 
     /// TRANS puts the zero anew, axes that are not given where they were at first; ATRANS moves it.
@@ -95,6 +104,7 @@ impl Shift {
     /// An axis goes to a place, which counts from its zero.
     pub(super) fn goes_by_zero(&mut self, axis: usize) {
         self.local_at[axis] = self.local[axis];
+        self.of_other[axis] = false;
     }
 
     /// Whether the zero of an axis was moved by TRANS or ATRANS since.

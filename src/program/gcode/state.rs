@@ -66,14 +66,17 @@ pub(super) enum Height {
 /// What a cycle remembers from hole to hole, mm.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Cycle {
-    /// Height where the cycle was called: where G98 goes back to.
-    pub(super) initial: f64,
+    /// Height where the cycle was called, if it is known: where G98 goes back to.
+    pub(super) initial: Option<f64>,
     /// The R word, the word of the bottom and Q as given.
     pub(super) retract: Option<Height>,
     pub(super) bottom: Option<Height>,
     pub(super) step: Option<f64>,
+    /// P, which later cycles keep.
     pub(super) dwell_s: f64,
-    /// The code has a dwell at the bottom.
+    /// The code of the cycle, in tenths.
+    pub(super) code: i64,
+    /// The tool stands at the bottom so long.
     pub(super) dwells: bool,
     /// Between pecks the tool goes back a little alone.
     pub(super) breaks_chips: bool,
@@ -127,6 +130,10 @@ pub(super) struct Machine<'a> {
     pub(super) starts_by_g92: bool,
     /// G0 held before the cycle: G80 goes back to it.
     pub(super) was_rapid: bool,
+    /// LIMS=, rev/min.
+    pub(super) limit_rpm: Option<f64>,
+    /// G97 of Sinumerik's holds.
+    pub(super) is_g97: bool,
 }
 
 impl<'a> Machine<'a> {
@@ -165,6 +172,8 @@ impl<'a> Machine<'a> {
             unknown_codes: Vec::new(),
             starts_by_g92: false,
             was_rapid: false,
+            limit_rpm: None,
+            is_g97: false,
         }
     }
 
@@ -221,6 +230,26 @@ impl<'a> Machine<'a> {
         // Behind D0 the control chooses the first length of a new tool.
         self.uncompensated = self.uncompensated.filter(|why| *why != Uncompensated::D0);
         self.next_tool.map_or(Ok(()), |tool| self.cutter.tool(tool))
+    }
+
+    /// M61 of LinuxCNC: the tool that is in the spindle, without a change.
+    pub(super) fn state_tool(&mut self, tool: f64) -> Result<(), String> {
+        self.waits_for_first = false;
+        self.cutter.tool(tool)
+    }
+
+    /// LIMS= counts under G97, too (Siemens, SINUMERIK 840D sl Fundamentals, "Constant cutting
+    /// rate").
+    pub(super) fn tell_limit(&mut self, line: usize) {
+        if let (true, Some(limit), Some(rpm)) = (self.is_g97, self.limit_rpm, self.cutter.rpm)
+            && rpm > limit
+        {
+            let what = format!(
+                "S{rpm} is above LIMS={limit}, which limits the speed under G97, too: it is taken \
+                 as S states it"
+            );
+            self.cutter.log.warning(Code::SpindleCommand, line, what);
+        }
     }
 
     pub(super) fn tell_cuts_before_change(&mut self) {
@@ -343,12 +372,25 @@ impl<'a> Machine<'a> {
         if code != self.shift.active() {
             self.keeps_frame("another work offset")?;
         }
-        let has_moved = self.cutter.log.has_moved();
-        if self.shift.choose(code, has_moved).is_err() {
+        if self.shift.choose(code, self.cutter.at).is_err() {
             let what = "another work offset is chosen: the job's work_object is used throughout";
             self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
         Ok(())
+    }
+
+    /// The path starts, or has started before.
+    pub(super) fn starts(&mut self, line: usize) {
+        let of_other = AXES.into_iter().zip(self.shift.start()).filter(|(_, is_so)| *is_so);
+        let axes: Vec<String> = of_other.map(|(axis, _)| char::from(axis).to_string()).collect();
+        if !axes.is_empty() {
+            let what = format!(
+                "the path starts under another work offset than the one under which {} was given: \
+                 the job's work_object is used throughout",
+                axes.join(" and ")
+            );
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
     }
 
     /// G43, G44 and the like.

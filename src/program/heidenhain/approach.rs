@@ -72,6 +72,32 @@ impl Reader<'_, '_> {
         self.cutter.arc(line, &arc, pace)
     }
 
+    /// Which APPR or DEP: those with P before their name are the same by polar coordinates.
+    fn way<'t>(block: &Block<'t>) -> &'t str {
+        let name = block.name(1);
+        match (block.name(0), name) {
+            ("APPR", "PLT" | "PLN" | "PCT" | "PLCT") | ("DEP", "PLCT") => &name[1..],
+            _ => name,
+        }
+    }
+
+    /// Where APPR or DEP leads.
+    fn end_of_way(&self, block: &Block<'_>) -> Result<[Option<f64>; 3], String> {
+        let mut end = self.end_of(block)?;
+        if Self::way(block) != block.name(1) {
+            let shown = format!("{} {}", block.name(0), block.name(1));
+            if block.get("PR").is_none() || block.get("PA").is_none() {
+                return Err(format!("{shown} needs PR and PA"));
+            }
+            if self.plane() != Plane::XY {
+                return Err(format!("{shown} about a CC in another plane than X/Y"));
+            }
+            let [x, y] = self.polar(self.at(), block)?;
+            (end[0], end[1]) = (Some(x), Some(y));
+        }
+        Ok(end)
+    }
+
     /// APPR: from where the tool is to a point on the way, at the pace of the block before, and on
     /// to the contour's first point.
     pub(super) fn approach(
@@ -81,13 +107,13 @@ impl Reader<'_, '_> {
         before: Option<Pace>,
         pace: Pace,
     ) -> Result<(), String> {
-        let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
+        let [Some(x), Some(y), Some(z)] = self.end_of_way(block)? else {
             return Err("APPR to an unknown position".to_owned());
         };
         let from = self.cutter.place().ok_or("APPR from an unknown position")?;
         let first = Vector2::new(x, y);
         let along = self.heading_of_next([Some(x), Some(y), Some(z)])?;
-        let (way, arc) = match block.name(1) {
+        let (way, arc) = match Self::way(block) {
             "LT" => (first - along * self.length(block, "LEN")?, None),
             "LN" => (first + left(along) * (self.sign()? * self.length(block, "LEN")?), None),
             "CT" => {
@@ -104,7 +130,7 @@ impl Reader<'_, '_> {
             }
             other => return Err(format!("APPR {other} is not supported")),
         };
-        let pace_to_way = match block.name(1) {
+        let pace_to_way = match Self::way(block) {
             "LCT" => pace,
             _ => before.ok_or("APPR behind no move that says how fast")?,
         };
@@ -134,11 +160,11 @@ impl Reader<'_, '_> {
     ) -> Result<(), String> {
         let from = self.cutter.place().ok_or("DEP from an unknown position")?;
         let along = self.heading.ok_or("DEP behind no element of a contour")?;
-        let [x, y, z] = self.end_of(block)?;
+        let [x, y, z] = self.end_of_way(block)?;
         let (here, depth) = (from.xy(), from.z);
         let height = z.ok_or("DEP to an unknown position")?;
         let level = |at: Vector2<f64>| Vector3::new(at.x, at.y, depth);
-        let end = match block.name(1) {
+        let end = match Self::way(block) {
             "LT" => here + along * self.length(block, "LEN")?,
             "LN" => here + left(along) * (self.sign()? * self.length(block, "LEN")?),
             "CT" => {
@@ -206,7 +232,7 @@ impl Reader<'_, '_> {
     /// Where the contour's first element heads, from its first point.
     fn heading_of_next(&self, from: [Option<f64>; 3]) -> Result<Vector2<f64>, String> {
         let at = Vector2::new(from[0].unwrap_or(f64::NAN), from[1].unwrap_or(f64::NAN));
-        let mut pole = self.pole.map(|(pole, _)| Vector2::from(pole));
+        let mut pole = self.pole.filter(|(_, plane)| *plane == Plane::XY);
         for text in self.blocks.iter().skip(self.next).take(NEAR) {
             let block = self.parsed(text);
             let end = self.end_from(from, &block)?;
@@ -218,14 +244,20 @@ impl Reader<'_, '_> {
             let turning = "an arc without DR+ or DR-";
             let found = match block.name(0) {
                 "" | "RND" | "CHF" => continue,
-                "CC" => {
-                    pole = Some(end()?);
+                // A label that is passed; LBL 0 leads elsewhere.
+                "LBL" if block.words.get(1).is_none_or(|word| word.value != Some(0.0)) => continue,
+                "CC" if !(block.has("Z") || block.has("IZ")) => {
+                    pole = Some((end()?.into(), Plane::XY));
                     continue;
                 }
                 "L" => (end()? - at).try_normalize(ZERO),
-                "C" => {
-                    let centre = pole.ok_or("an arc without CC before it")?;
-                    heading(at - centre, clockwise().ok_or(turning)?)
+                "LP" => {
+                    let [x, y] = self.polar_about(pole, from, &block)?;
+                    (Vector2::new(x, y) - at).try_normalize(ZERO)
+                }
+                "C" | "CP" => {
+                    let (centre, _) = pole.ok_or("an arc in X/Y without CC before it")?;
+                    heading(at - Vector2::from(centre), clockwise().ok_or(turning)?)
                 }
                 "CR" => {
                     let radius = self.mm(block.get("R").ok_or("CR without R")?);
@@ -238,7 +270,7 @@ impl Reader<'_, '_> {
             };
             return found.ok_or_else(|| "the contour's first element has no direction".to_owned());
         }
-        Err("APPR: the contour must go on with L, C or CR".to_owned())
+        Err("APPR: the contour must go on with L, LP, C, CP or CR".to_owned())
     }
 }
 

@@ -55,6 +55,14 @@ impl<'t> Block<'t> {
         self.words.windows(2).any(is)
     }
 
+    /// F without a number, MAX or AUTO, as older controls list it where the feed stays (HEIDENHAIN,
+    /// TNC 406 User's Manual: `L Y+0 R F M`).
+    pub(super) fn leaves_feed(&self) -> bool {
+        let is_bare = |word: &Word<'_>| word.value.is_none() && word.sign.is_none();
+        self.word("F").is_some_and(is_bare)
+            && !(self.is_after("F", "MAX") || self.is_after("F", "AUTO"))
+    }
+
     pub(super) fn all<'b>(&'b self, name: &'b str) -> impl Iterator<Item = f64> + 'b {
         self.words.iter().filter(move |word| word.name == name).filter_map(|word| word.value)
     }
@@ -195,6 +203,8 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
                     let value = own.value.map(|value| if is_negative { -value } else { value });
                     *before = Word { name: before.name, value, ..own };
                 }
+                // `1.2.3` is no number, and no word.
+                None if own.value.is_none() => words.push(own.named(content, at, at + length)),
                 None => words.push(own),
             }
             at += length;
@@ -245,7 +255,11 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
         at = whole_end;
         let name_end = whole_end;
         let length = number_length(bytes, at);
-        let own = word(content, start, at, at + length, offset).named(content, start, name_end);
+        let own = word(content, start, at, at + length, offset);
+        // `F1.2.3` is no F without a number, which leaves the feed as it was.
+        let is_no_number = own.value.is_none() && own.sign.is_none();
+        let name_end = if is_no_number { at + length } else { name_end };
+        let own = own.named(content, start, name_end);
         if own.value.is_some() && NUMBERED_BEHIND.contains(&own.name) {
             // Some posts leave out the blank.
             words.push(Word { value: None, span: None, ..own });

@@ -57,14 +57,8 @@ impl Reader<'_, '_> {
                 Ok(())
             }
             // Tolerance, preset by number, thermal and the like.
-            _ if number == 247.0 && self.cutter.log.has_moved() => {
-                self.shift = Vector3::zeros();
-                let what = "cycle 247 chooses a preset: the job's work_object is used throughout";
-                self.cutter.log.warning(Code::ChangeIgnored, line, what);
-                Ok(())
-            }
             _ if number == 247.0 => {
-                self.shift = Vector3::zeros();
+                self.choose_preset(line, block.get("Q339"));
                 Ok(())
             }
             _ if number.floor() == 32.0 || number == 392.0 => Ok(()),
@@ -97,6 +91,22 @@ impl Reader<'_, '_> {
                 ))
             }
             _ => Err(format!("cycle {number} is not supported")),
+        }
+    }
+
+    /// Cycle 247: the preset under which the path starts is the job's work object.
+    fn choose_preset(&mut self, line: usize, preset: Option<f64>) {
+        self.shift = Vector3::zeros();
+        let is_other = preset.is_none() || preset != self.preset;
+        let has_moved = self.cutter.log.has_moved();
+        // Before, places may count from a preset that the program has chosen.
+        let counts = self.preset.is_some() && self.cutter.at.iter().any(Option::is_some);
+        if !has_moved {
+            self.preset = preset;
+        }
+        if is_other && (has_moved || counts) {
+            let what = "cycle 247 chooses a preset: the job's work_object is used throughout";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
     }
 
@@ -257,11 +267,12 @@ impl Reader<'_, '_> {
         let [Some(x), Some(y), _] = end else {
             return Err("CYCL CALL POS to an unknown position".to_owned());
         };
-        let height = self.cutter.at[2].ok_or("a cycle from an unknown position")?;
         if self.cutter.place().is_none() && pace != Pace::Rapid {
             return Err(self.cutter.unknown());
         }
         let surface = self.mm(surface) + self.shift.z + z;
+        // From an unknown height the tool goes to that of the cycle at once.
+        let height = self.cutter.at[2].unwrap_or(f64::NEG_INFINITY);
         if height < surface && pace != Pace::Rapid {
             return Err("CYCL CALL POS from below the surface at a feed is not supported".into());
         }
@@ -310,7 +321,15 @@ impl Reader<'_, '_> {
     ) -> Result<(), String> {
         let get = |name: &str| cycle.values.get(name).map(|(value, _)| *value);
         let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));
-        let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
+        // The cycle states its heights.
+        let at = self.cutter.at;
+        let over = over.map_or([at[0], at[1]], |over| over.map(Some));
+        let [Some(x), Some(y)] = over else {
+            let name = if over[0].is_none() { "X" } else { "Y" };
+            return Err(format!(
+                "{name} is not known before the cycle: program {name} by a rapid move before it"
+            ));
+        };
         let surface = self.mm(need("Q203")?) + self.shift.z;
         let clearance = surface + self.mm(need("Q200")?);
         let depth = self.mm(need("Q201")?);
@@ -393,7 +412,6 @@ impl Reader<'_, '_> {
             dwell_peck_s: 0.0,
             dwell_out_s: get("Q210").unwrap_or(0.0),
         };
-        let [x, y] = over.unwrap_or([at.x, at.y]);
         self.cutter.hole(line, Vector3::new(x, y, 0.0), Vector3::z(), &hole);
         Ok(())
     }

@@ -18,7 +18,7 @@ impl Reader<'_, '_> {
     }
 
     /// Where the block begins: a line that ends in a corner is not drawn yet.
-    fn at(&self) -> [Option<f64>; 3] {
+    pub(super) fn at(&self) -> [Option<f64>; 3] {
         self.corner.map_or(self.cutter.at, |corner| corner.to.map(Some).into())
     }
 
@@ -134,7 +134,7 @@ impl Reader<'_, '_> {
     ) -> Result<(), String> {
         let mut end = self.end_of(block)?;
         if block.name(0) == "LP" {
-            let [x, y] = self.polar(block)?;
+            let [x, y] = self.polar(self.at(), block)?;
             let Plane([u, v, _]) = self.plane();
             (end[u], end[v]) = (Some(x), Some(y));
         }
@@ -180,7 +180,7 @@ impl Reader<'_, '_> {
         let size = size
             .filter(|size| *size > 0.0)
             .ok_or_else(|| format!("{name} in line {line} needs a size above 0"))?;
-        let pace_in_corner = match block.word("F") {
+        let pace_in_corner = match block.word("F").filter(|_| !block.leaves_feed()) {
             Some(word) => {
                 let value = word.value.filter(|feed| *feed > 0.0).ok_or("F must be positive")?;
                 self.cutter.log.states(line, word.span, States::Feed { value });
@@ -198,10 +198,23 @@ impl Reader<'_, '_> {
     }
 
     /// PR and PA about the pole, along the axes of its plane; angles count from the first of them
-    /// (X in X/Y, Y in Y/Z, Z in Z/X: HEIDENHAIN, TNC 426 Pilot, Fundamentals).
-    pub(super) fn polar(&self, block: &Block<'_>) -> Result<[f64; 2], String> {
-        let (pole, Plane([u, v, _])) = self.pole.ok_or("polar coordinates without CC")?;
-        let at = self.at();
+    /// (X in X/Y, Y in Y/Z, Z in Z/X: HEIDENHAIN, TNC 426 Pilot, Fundamentals). What is relative or
+    /// left out counts from `at`.
+    pub(super) fn polar(
+        &self,
+        at: [Option<f64>; 3],
+        block: &Block<'_>,
+    ) -> Result<[f64; 2], String> {
+        self.polar_about(self.pole, at, block)
+    }
+
+    pub(super) fn polar_about(
+        &self,
+        pole: Option<([f64; 2], Plane)>,
+        at: [Option<f64>; 3],
+        block: &Block<'_>,
+    ) -> Result<[f64; 2], String> {
+        let (pole, Plane([u, v, _])) = pole.ok_or("polar coordinates without CC")?;
         let before = match (at[u], at[v]) {
             (Some(x), Some(y)) => Some([x - pole[0], y - pole[1]]),
             _ => None,
@@ -263,7 +276,7 @@ impl Reader<'_, '_> {
                 plane = own;
                 let Plane([u, v, _]) = plane;
                 if name == "CP" {
-                    [end[u], end[v]] = self.polar(block)?;
+                    [end[u], end[v]] = self.polar(self.at(), block)?;
                     match (block.get("IPA"), block.get("PA")) {
                         (Some(turned), _) if (turned < 0.0) != clockwise => {
                             return Err("IPA and DR have opposite signs".to_owned());

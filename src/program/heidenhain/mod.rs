@@ -4,7 +4,8 @@
 //! and DEP in X/Y, TOOL CALL, F, FMAX, M, drilling cycles 1, 200, 201, 203 and 205 to 207 with CYCL
 //! CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP. Q parameters that formulas
 //! and FN 0 to 8 set stand for their numbers, FN 9 to 12 jump, cycle 7 shifts the work. Errors:
-//! other parameters, cycles and planes. The preset is the job's work object.
+//! other parameters, cycles and planes. The preset under which the path starts is the job's work
+//! object.
 
 mod approach;
 mod block;
@@ -115,6 +116,8 @@ struct Reader<'a, 't> {
     last_pace: Option<Pace>,
     /// M codes that are not known, with nothing behind them yet that they could matter to.
     unknown_codes: Vec<(usize, f64)>,
+    /// Of cycle 247 before the path started: the job's work object stands for it.
+    preset: Option<f64>,
     has_end: bool,
 }
 
@@ -152,6 +155,7 @@ impl<'a, 't> Reader<'a, 't> {
             side: None,
             last_pace: None,
             unknown_codes: Vec::new(),
+            preset: None,
             has_end: false,
         }
     }
@@ -366,8 +370,10 @@ impl<'a, 't> Reader<'a, 't> {
         if block.name(1) != "CALL" {
             return Ok(());
         }
-        if let Some(name) = block.quoted {
-            self.cutter.named_tool(line, name);
+        match block.quoted.map(|name| (name, self.cutter.number_of(name).map(f64::from))) {
+            Some((_, Some(number))) => self.load(number)?,
+            Some((name, None)) => self.cutter.named_tool(line, name),
+            None => {}
         }
         let unknown = |word: &&Word<'_>| {
             !matches!(word.name, "" | "X" | "Y" | "Z" | "S" | "F" | "DL" | "DR" | "M")
@@ -376,12 +382,7 @@ impl<'a, 't> Reader<'a, 't> {
             return Err(format!("'{}' is not understood", word.name));
         }
         if let Some(number) = block.words.get(2).filter(|word| word.name.is_empty()) {
-            let number = number.value.unwrap_or(0.0);
-            // The one in the spindle again: its speed or feed changes.
-            if self.cutter.has_other_than(number) {
-                self.cutter.change();
-            }
-            self.cutter.tool(number)?;
+            self.load(number.value.unwrap_or(0.0))?;
         }
         if block.get("DL").is_some_and(|by| by != 0.0) {
             let what = "DL changes the tool's length: the job's tcp is used";
@@ -396,8 +397,17 @@ impl<'a, 't> Reader<'a, 't> {
             self.cutter.assume_started(line);
         }
         self.feed(line, block)?;
-        self.feed_of_tool = block.has("F").then_some(self.cutter.feed);
+        let states_feed = block.has("F") && !block.leaves_feed();
+        self.feed_of_tool = states_feed.then_some(self.cutter.feed);
         self.m_codes(line, block, false)
+    }
+
+    fn load(&mut self, number: f64) -> Result<(), String> {
+        // The one in the spindle again: its speed or feed changes.
+        if self.cutter.has_other_than(number) {
+            self.cutter.change();
+        }
+        self.cutter.tool(number)
     }
 
     /// F, not FMAX, which holds for its block alone.
@@ -414,6 +424,9 @@ impl<'a, 't> Reader<'a, 't> {
             return Ok(());
         }
         let Some(word) = block.word("F").filter(|_| !is_rapid(block)) else { return Ok(()) };
+        if block.leaves_feed() {
+            return Ok(());
+        }
         let value = word.value.ok_or("F without a number")?;
         if value <= 0.0 {
             return Err(format!("F is {value}, must be positive"));
@@ -493,7 +506,9 @@ impl<'a, 't> Reader<'a, 't> {
         let quoted = rest.rfind('"').map_or(0, |end| end + 1);
         let at = rest.get(quoted..).and_then(|behind| behind.find("REP"));
         let parts = at.and_then(|at| rest.split_at_checked(quoted + at));
-        let (label, repeats) = match parts.map(|(label, behind)| (label, &behind[3..])) {
+        let (label, repeats) = match parts.map(|(label, behind)| (label, behind[3..].trim())) {
+            // The prompt without an answer: a subprogram.
+            Some((label, "")) => (label.trim(), None),
             Some((label, repeats)) => {
                 // `REP 3/3` shows what is left.
                 let count = repeats.split('/').next().unwrap_or("").trim();

@@ -188,6 +188,24 @@ fn tools_by_name_stay_the_first_with_a_doubt() {
     assert_eq!(changed, [Code::LeftOut, Code::ChangeIgnored]);
 }
 
+#[test]
+fn tools_by_name_that_the_job_lists_have_its_numbers() {
+    let job = Settings {
+        tool_names: [("MILL2".to_owned(), 3), ("MILL5".to_owned(), 4)].into(),
+        ..settings()
+    };
+    let sinumerik = "G71 G90 G94\nT=\"MILL2\" M6\nS900 M3\nG0 X0 Y0 Z0\nG1 X10 F100\n\
+                     T=\"MILL5\"\nX20\nM6 M3\nX30\nM30\n";
+    let calls = "BEGIN PGM A MM\nTOOL CALL \"MILL2\" Z S5000\nL X+0 Y+0 Z+5 FMAX M3\n\
+                 L X+5 F500\nL X+6\nTOOL CALL \"MILL5\" Z S900 M3\nL X+9\nEND PGM A MM\n";
+    for (text, dialect) in [(sinumerik, Dialect::Sinumerik), (calls, Dialect::Heidenhain)] {
+        let program = read(text.as_bytes(), dialect, &job).unwrap();
+        let found: Vec<_> = program.moves.iter().map(|each| each.stated.tool).collect();
+        assert_eq!(found, [Some(3), Some(3), Some(3), Some(4)], "{text}");
+        assert!(codes(&program).is_empty(), "{:?}", program.warnings);
+    }
+}
+
 /// A spindle that turns through a change of tool, which most controls stop; told where it cuts.
 #[test]
 fn a_spindle_that_nothing_starts_behind_a_change_of_tool_is_told() {
@@ -280,7 +298,8 @@ fn feeds_of_heidenhain_in_all_their_words() {
     // 0.2 mm in each of 5000 turns a minute.
     assert_eq!([feeds[1], feeds[3], feeds[4], feeds[5], feeds[6]], [500., 350., 300., 350., 1000.]);
     assert_eq!(program.moves[2].timing, Timing::Rapid);
-    for (word, said) in [("FT5", "'FT'"), ("FZ0.3", "'FZ'"), ("FXYZ", "'FXYZ'"), ("F", "F without")]
+    for (word, said) in
+        [("FT5", "'FT'"), ("FZ0.3", "'FZ'"), ("FXYZ", "'FXYZ'"), ("F+", "F without")]
     {
         refused(&heidenhain(&format!("L Z+5 F500\nL X+100 {word}")), Dialect::Heidenhain, said);
     }

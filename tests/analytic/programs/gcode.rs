@@ -1,6 +1,7 @@
 //! G-code: modes, arcs, cycles, units.
 
 use detune::motion::{Target, Timing};
+use detune::notes::Code;
 use detune::program::{Dialect, Program, Spindle, SpindleCommand, read};
 
 use super::support::{assert_ends, assert_pose, at, end, ended, faults, lines, pose, settings};
@@ -374,4 +375,67 @@ fn a_first_cut_from_an_unknown_height_is_a_doubt() {
     let heidenhain = "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 R0 FMAX M3\nL Z-20 F50\n\
                       L Z+5 FMAX\nEND PGM A MM\n";
     assert_eq!(told(heidenhain, Dialect::Heidenhain).len(), 1);
+}
+
+/// R is a place, and with G99 the tool goes back there: no height before the cycle is needed.
+#[test]
+fn a_cycle_with_g99_needs_no_height_before_it() {
+    let text = |cycle: &str| {
+        format!("G21 G90 G17\nT1 M6\nG0 X5 Y6 S900 M3\n{cycle} Z-5 R2 F100\nX30\nG80")
+    };
+    let hole = |x: f64| [2.0, -5.0, 2.0].map(|z| ('L', [x, 20.0, z]));
+    let program = gcode(&text("G99 G81 X10 Y20"));
+    assert_ends(&program, &[hole(10.0), hole(30.0)].concat());
+    let told = program.warnings.iter().map(|note| note.code);
+    assert!(told.eq([Code::Assumed]), "{:?}", program.warnings);
+    let refused = |text: &str, line: usize, said: &str| {
+        let found = faults(text, Dialect::GCode);
+        assert_eq!(at(&found[0]), line, "{text}: {found:?}");
+        assert!(found[0].what.contains(said), "{text}: {found:?}");
+    };
+    let or_g99 = "Z is not known before the cycle: program Z by a rapid move before it, or G99";
+    refused(&text("G98 G81 X10 Y20"), 4, or_g99);
+    refused(&text("G91 G99 G81 X10 Y20"), 4, "Z is relative (G91) to no position");
+    refused(&text("G99 G81 X10 Y20").replace("X30", "G98 X30"), 5, or_g99);
+    let without_x = "G21 G90 G0 Y6 Z9\nG99 G81 Y20 Z-5 R2 F100\nG80";
+    refused(without_x, 2, "X is not known before the cycle: program X");
+}
+
+/// P is of the codes that dwell, and of others where it stands with them.
+#[test]
+fn a_dwell_of_g82_is_none_of_other_cycles() {
+    let program = gcode(
+        "G21 G90 G99\nG0 X0 Y0 Z2 S900 M3\nG82 Z-5 R2 P1. F100\nG83 X5 Q9.\nG73 X6\nG81 X7\n\
+         G82 X8\nG83 X9 P2.\nX10\nG80",
+    );
+    let dwells = program.moves.iter().filter_map(|each| match each.timing {
+        Timing::Seconds(seconds) => Some((each.line, seconds)),
+        _ => None,
+    });
+    assert_eq!(dwells.collect::<Vec<_>>(), [(3, 1.0), (7, 1.0), (8, 2.0), (9, 2.0)]);
+}
+
+/// LinuxCNC: CONTINUE of a DO goes to its WHILE, BREAK behind it; loops around count on.
+#[test]
+fn loops_are_left_and_gone_on_with() {
+    let start = "G21 G17 G90\nG0 X0 Y0 Z5 S1000 M3\nG1 F100\n#<a>=3\n";
+    let run_of = |way: &str| {
+        let text = format!(
+            "{start}o20 do\n#<a>=[#<a>-1]\no21 if [#<a> EQ 1]\no20 {way}\no21 endif\n\
+             Y[#<a>*10+1]\no20 while [#<a> GT 0]\nX7"
+        );
+        gcode(&text)
+    };
+    let place = |x: f64, y: f64| ('L', [x, y, 5.0]);
+    assert_ends(
+        &run_of("continue"),
+        &[place(0.0, 0.0), place(0.0, 21.0), place(0.0, 1.0), place(7.0, 1.0)],
+    );
+    assert_ends(&run_of("break"), &[place(0.0, 0.0), place(0.0, 21.0), place(7.0, 21.0)]);
+    let nested = "o1 repeat [3]\n#<a>=[#<a>+1]\no2 while [1]\no2 break\no2 endwhile\nX#<a>\n\
+                  o1 endrepeat";
+    let found = gcode(&format!("{start}{nested}"));
+    assert_ends(&found, &[0.0, 4.0, 5.0, 6.0].map(|x| place(x, 0.0)));
+    let outside = faults(&format!("{start}o3 continue"), Dialect::GCode);
+    assert!(outside[0].what.contains("CONTINUE outside of a loop"), "{outside:?}");
 }

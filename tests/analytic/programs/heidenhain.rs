@@ -1,7 +1,7 @@
 //! Heidenhain's conversational language as milling posts write it.
 
 use detune::notes::{Code, Note};
-use detune::program::{Dialect, NewSpeed, Program, Rewrite, Spindle, read, rewrite};
+use detune::program::{Dialect, NewSpeed, Program, Rewrite, Settings, Spindle, read, rewrite};
 
 use super::support::{assert_ends, at, end, lines, settings};
 
@@ -73,6 +73,8 @@ fn a_corner_with_a_calculation_behind_it() {
 fn what_is_lost_or_shifted_is_refused_with_its_line() {
     for (block, said) in [
         ("L X+Q5", "Q parameters"),
+        ("L X+5 F1.2.3", "'F1.2.3' is not understood"),
+        ("L X+5 F 1.2.3", "'1.2.3' is not understood"),
         ("CYCL DEF 7.1 X+Q1", "shifts or turns"),
         ("CYCL DEF 7.1 #5", "shifts or turns"),
         ("CYCL DEF 10.1 ROT+Q5", "shifts or turns"),
@@ -270,5 +272,74 @@ fn a_code_that_is_not_known_before_the_end_is_no_doubt() {
     for end in ["L X+20 FMAX\n", "M3\nL X+20\n"] {
         let text = format!("L X+10\nM5\nM36\n{end}");
         assert_eq!(told(&text, Code::SpindleCommand), [6], "{end}");
+    }
+}
+
+/// Older controls list words without a number where the dialogue was not answered.
+#[test]
+fn prompts_without_an_answer_leave_things_as_they_are() {
+    let text = "BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nL X0 Y0 Z+5 R0 FMAX M3\nL Z-1 F100\n\
+                L X+10 R F M\nL X+20 RL F200 M\nRND R2 F\nL Y+20 R F M\nCALL LBL 1 REP\n\
+                L Z+5 FMAX M2\nLBL 1\nL IX+1 F\nLBL 0\nEND PGM A MM\n";
+    let program = conversational(text).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0, 0.0, 5.0]),
+            ('L', [0.0, 0.0, -1.0]),
+            ('L', [10.0, 0.0, -1.0]),
+            ('L', [18.0, 0.0, -1.0]),
+            ('A', [20.0, 2.0, -1.0]),
+            ('L', [20.0, 20.0, -1.0]),
+            ('L', [21.0, 20.0, -1.0]),
+            ('L', [21.0, 20.0, 5.0]),
+        ],
+    );
+    let feeds: Vec<f64> = program.moves.iter().map(|m| (m.feed_m_per_s * 6e4).round()).collect();
+    assert_eq!(feeds[1..7], [100.0, 100.0, 200.0, 200.0, 200.0, 200.0]);
+    // Where no feed was ever stated, none is left as it is.
+    let none = text.replace("F100", "F").replace("F200", "F");
+    let job = Settings { feed_m_per_s: None, ..settings() };
+    assert!(read(text.as_bytes(), Dialect::Heidenhain, &job).is_ok());
+    assert!(read(none.as_bytes(), Dialect::Heidenhain, &job).is_err());
+}
+
+/// The cycle states its heights: from wherever the tool is, it goes to the clearance at rapid.
+#[test]
+fn a_cycle_needs_no_height_before_it() {
+    let text = |calls: &str| {
+        format!(
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S3600\nL Z-1 R0 FMAX M91\n{HOLE}{calls}M30\n\
+             END PGM A MM\n"
+        )
+    };
+    let heights = [2.0, -20.0, 2.0].map(|z| ('L', [10.0, 5.0, z]));
+    for calls in [
+        "L X+10 Y+5 R0 FMAX M3\nCYCL CALL\n",
+        "L X+10 Y+5 R0 FMAX M3 M99\n",
+        "L X+0 Y+0 R0 FMAX M3\nCYCL CALL POS X+10 Y+5 Z+0 FMAX\n",
+    ] {
+        assert_ends(&conversational(&text(calls)).unwrap(), &heights);
+    }
+    let found = conversational(&text("L X+10 R0 FMAX M3\nCYCL CALL\n")).unwrap_err();
+    assert!(found[0].what.contains("Y is not known before the cycle"), "{found:?}");
+}
+
+/// Another preset is a change, behind moves or behind places that count from the one before.
+#[test]
+fn the_preset_under_which_the_path_starts_is_the_job_s_work_object() {
+    for (before, behind, lines) in [
+        ("", "CYCL DEF 247 Q339=+1\n", vec![]),
+        ("", "CYCL DEF 247 Q339=+2\n", vec![5]),
+        ("CYCL DEF 247 Q339=+2\n", "CYCL DEF 247 Q339=+2\n", vec![]),
+        ("L Z+50 FMAX\nCYCL DEF 247 Q339=+2\n", "", vec![4]),
+    ] {
+        let text = format!(
+            "BEGIN PGM A MM\nCYCL DEF 247 Q339=+1\n{before}TOOL CALL 1 Z S3000 F200\n\
+             L X+0 Y+0 Z+5 R0 FMAX M3\n{behind}L X+20\nEND PGM A MM\n"
+        );
+        let program = conversational(&text).unwrap();
+        let told = program.warnings.iter().filter(|note| note.code == Code::ChangeIgnored);
+        assert_eq!(told.map(at).collect::<Vec<_>>(), lines, "{text}");
     }
 }

@@ -121,7 +121,7 @@ fn what_is_not_clear_is_refused() {
     refused("CYCLE83(20,0,2,-8)\n", "no FDEP");
     refused("CYCLE83(20,0,2,-8,,-3,,-0.5)\n", "_MDEP");
     refused("CYCLE82(20,0,2,-8,,0,1,0,0)\n", "shank");
-    refused("SUPA G0 Z0\nCYCLE81(20,0,2,-8)\n", "unknown position");
+    refused("SUPA G0 X0\nCYCLE81(20,0,2,-8)\n", "X is not known before the cycle: program X");
     refused("CYCLE81(20,0,2,-8*)\n", "expression");
     refused("CYCLE83(20,0,2,-8,,-3,,0,0,0,1,1,1)\n", "_AXN");
     refused("CYCLE81(20,0,2,-8,,,0,2,0)\n", "_DMODE");
@@ -333,4 +333,49 @@ fn a_fixed_speed_by_g97_makes_the_feed_one_per_revolution() {
     }
     refused("G96 S90\nG1 X5 F0.1\n", "G96 keeps the cutting speed");
     refused("G961 S90\nG1 X5 F100\n", "G961 keeps the cutting speed");
+}
+
+/// The call states all heights: from wherever the tool is, it goes to RFP and SDIS at rapid.
+#[test]
+fn a_cycle_needs_no_height_before_it() {
+    let text = |cycle: &str| {
+        format!(
+            "G17 G71 G90 G94\nG0 G53 Y0 Z0 D0\nT1 M6\nD1\n\
+             G0 G54 X10 Y20 S10900 F3000 M3\n{cycle}MCALL\nM30\n"
+        )
+    };
+    let of = |cycle: &str| read(text(cycle).as_bytes(), Dialect::Sinumerik, &settings()).unwrap();
+    let hole = |x: f64, y: f64| [5.0, -9.5, 5.0].map(|z| ('L', [x, y, z]));
+    let one = of("MCALL CYCLE82(5,0,5,-9.5,,0)\nX10 Y20\n");
+    assert_ends(&one, &hole(10.0, 20.0));
+    let is_remark = |note: &Note| matches!(note.code, Code::LeftOut | Code::Assumed);
+    assert!(one.warnings.iter().all(is_remark), "{:?}", one.warnings);
+    let row = of("MCALL CYCLE82(5,0,5,-9.5,,0)\nHOLES1(0,0,0,10,10,2)\n");
+    assert_ends(&row, &[hole(10.0, 0.0), hole(20.0, 0.0)].concat());
+    // Behind moves, the way back is a doubt as that of any rapid move is.
+    let back = run("SUPA G0 Z0\nCYCLE81(20,0,2,-8)\n").unwrap();
+    let ends = [('L', 50.0), ('T', 2.0), ('L', -8.0), ('L', 2.0), ('L', 20.0)];
+    assert_ends(&back, &ends.map(|(way, z)| (way, [0.0, 0.0, z])));
+    let doubts = back.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+    assert_eq!(doubts.map(at).collect::<Vec<_>>(), [6]);
+    // A cut does not begin there.
+    let cut = text("MCALL CYCLE82(5,0,5,-9.5,,0)\nG1 X10 Y20\n");
+    let found = read(cut.as_bytes(), Dialect::Sinumerik, &settings()).unwrap_err();
+    assert!(found[0].what.contains("while Z is not known"), "{found:?}");
+}
+
+/// Siemens: LIMS= counts under G96 and under G97.
+#[test]
+fn a_speed_above_its_limit_is_a_doubt_where_the_limit_counts() {
+    for (block, lines) in [
+        ("G97 S3000 M3 LIMS=2000", vec![4]),
+        ("LIMS=2000 G97 S3000 M3", vec![4]),
+        ("G97 S3000 M3 LIMS=4000", vec![]),
+        ("G94 S3000 M3 LIMS=2000", vec![]),
+    ] {
+        let text = format!("G710 G90 G17\nT1 M6\nG0 X0 Y0 Z5\n{block}\nG1 X9 F0.1\nM30\n");
+        let program = read(text.as_bytes(), Dialect::Sinumerik, &settings()).unwrap();
+        let doubts = program.warnings.iter().filter(|note| note.code == Code::SpindleCommand);
+        assert_eq!(doubts.map(at).collect::<Vec<_>>(), lines, "{block}");
+    }
 }

@@ -186,7 +186,7 @@ fn a_dwell_beside_a_move_is_refused() {
     }
 }
 
-/// LinuxCNC's M70, M72 and M73 bring back units, feed and G91; its M61 names the tool; G53 keeps the feed there, and
+/// LinuxCNC's M70, M72 and M73 bring back units, feed and G91; G53 keeps the feed there, and
 /// SUPA and M91 everywhere. To Haas and Fanuc most of these are other things, so they leave a doubt.
 #[test]
 fn what_other_controllers_read_otherwise_leaves_a_doubt() {
@@ -200,7 +200,6 @@ fn what_other_controllers_read_otherwise_leaves_a_doubt() {
     for (text, dialect, code) in [
         (gcode("M70\nX0\nM72"), Dialect::GCode, Code::ChangeIgnored),
         (gcode("M73"), Dialect::GCode, Code::ChangeIgnored),
-        (gcode("M61 Q2\nX0"), Dialect::GCode, Code::ChangeIgnored),
         (gcode("G53 X100"), Dialect::GCode, Code::MotionLeftOut),
         (sinumerik("SUPA X50"), Dialect::Sinumerik, Code::MotionLeftOut),
         (sinumerik("G153 X50"), Dialect::Sinumerik, Code::MotionLeftOut),

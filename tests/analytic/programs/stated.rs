@@ -294,6 +294,26 @@ fn a_work_offset_chosen_behind_moves_is_a_change() {
     assert_eq!(told(&of(text, Dialect::GCode, &settings()), Code::ChangeIgnored), NONE);
 }
 
+/// The offset under which the path starts is the job's work object, whatever was chosen before; but
+/// axes that were given under another one are elsewhere.
+#[test]
+fn a_work_offset_chosen_before_the_path_starts_is_no_change() {
+    let cut = "G0 X0 Y0 Z5\nG1 X9 F100";
+    for (text, dialect, lines) in [
+        (format!("G21 G90 G55\nG54\n{cut}"), Dialect::GCode, vec![]),
+        (format!("G71 G90 G500\nT1 M6\nD1 G54\n{cut}"), Dialect::Sinumerik, vec![]),
+        (format!("G21 G90 G54\nG53 G0 Z0\nG55\n{cut}"), Dialect::GCode, vec![]),
+        (format!("G21 G90 G54 G0 Z50\nG55\nG0 X0 Y0\n{cut}"), Dialect::GCode, vec![3]),
+        ("G21 G90 G54 G0 Z50\nG55\nX0 Y0 Z5\nG1 X9 F100".to_owned(), Dialect::GCode, vec![]),
+        ("G21 G90 G54 G0 Z50 X0\nG55\nX9 Z5\nY0\nG1 X9 F100".to_owned(), Dialect::GCode, vec![]),
+        (format!("G21 G90 G0 Z50\nG55 X0 Y0\n{cut}"), Dialect::GCode, vec![2]),
+        (format!("G21 G90 G55\nG54\n{cut}\nG55\nX20"), Dialect::GCode, vec![5]),
+    ] {
+        let program = of(&text, dialect, &settings());
+        assert_eq!(told(&program, Code::ChangeIgnored), lines, "{text}");
+    }
+}
+
 #[test]
 fn tapping_passes_speeds_that_are_not_checked() {
     for code in ["G84", "G74"] {

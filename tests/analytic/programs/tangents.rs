@@ -177,9 +177,56 @@ fn ways_onto_a_contour() {
     let on = "\nL X+20 Y+35\n";
     refused(&format!("L X+40 F300\nAPPR LCT X+10 Y+20 R5 R0{on}"), "side is not stated");
     refused(&format!("L X+11 Y+20 F300\nAPPR LCT X+10 Y+20 R50 RR{on}"), "inside its arc");
-    refused(&format!("L X+40 F300\nAPPR PLT PR+10 PA+5 LEN5 RL{on}"), "APPR PLT");
-    refused("L X+40 F300\nAPPR LT X+10 Y+20 LEN15 RR\n", "must go on with L, C or CR");
+    refused(&format!("L X+40 F300\nAPPR PLT PR+10 PA+5 LEN5 RL{on}"), "without CC");
+    refused(&format!("CC X+0 Y+0\nL X+40 F300\nAPPR PLT PR+10 LEN5 RL{on}"), "needs PR and PA");
+    refused("L X+40 F300\nAPPR LT X+10 Y+20 LEN15 RR\n", "must go on with L, LP, C, CP or CR");
     refused(&format!("L X+40 F300\nAPPR LT X+10 Y+20 RR{on}"), "without LEN");
+}
+
+#[track_caller]
+fn same_places(found: &str, expected: &str) -> Vec<Vector3<f64>> {
+    let [found, expected] = [found, expected].map(|blocks| places(&run(blocks).unwrap()));
+    assert_eq!(found.len(), expected.len(), "{found:?}, expected {expected:?}");
+    for ((via, end), (expected_via, expected_end)) in found.iter().zip(&expected) {
+        close((end - expected_end).norm(), 0.0);
+        assert_eq!(via.is_some(), expected_via.is_some());
+        close((via.unwrap_or_default() - expected_via.unwrap_or_default()).norm(), 0.0);
+    }
+    found.into_iter().map(|(_, end)| end).collect()
+}
+
+/// A helix down a bore of 32 mm about (50, 50), begun and left on arcs of 2 mm inside of it.
+#[test]
+fn ways_onto_a_helix_and_by_polar_coordinates() {
+    let helix = |approach: &str| {
+        format!(
+            "L X+50 Y+50 R0 FMAX\nCC\nL Z-12.75 F1000\nAPPR {approach} CCA180 R+2 RL F100\n\
+             LBL 1\nCP IPA+360 IZ+1.5 DR+ F200\nCALL LBL 1 REP 1\nDEP CT CCA180 R+2\n\
+             L Z+100 R0 FMAX\n"
+        )
+    };
+    let found = same_places(&helix("PCT PR+32 PA-180"), &helix("CT X+18 Y+50"));
+    close((found[3] - Vector3::new(22.0, 50.0, -12.75)).norm(), 0.0);
+    for z in [-12.75, -11.25, -9.75] {
+        let is_there = |at: &Vector3<f64>| (at - Vector3::new(18.0, 50.0, z)).norm() < 1e-6;
+        assert!(found.iter().any(is_there), "{z}: {found:?}");
+    }
+    let [.., off, last] = found[..] else { panic!("{found:?}") };
+    close((off - Vector3::new(22.0, 50.0, -9.75)).norm(), 0.0);
+    close((last - Vector3::new(22.0, 50.0, 100.0)).norm(), 0.0);
+
+    // Onto the line from (0, 10) to (-10, 0), which a pole behind the approach gives, too.
+    for next in ["LP PR+10 PA+180", "CC X+0 Y+10\nLP PR+20 PA+225"] {
+        let line = format!("L X+40 F300\nCC X+0 Y+0\nAPPR PLT PR+10 PA+90 LEN5 RL F100\n{next}\n");
+        let found = places(&run(&line).unwrap());
+        let half = 0.5_f64.sqrt() * 5.0;
+        close((found[2].1 - Vector3::new(half, 10.0 + half, 10.0)).norm(), 0.0);
+        close((found[3].1 - Vector3::new(0.0, 10.0, 10.0)).norm(), 0.0);
+    }
+    let off = |to: &str| format!("L X+20 Y+0 RR F300\nL Y+20 RR\nCC X+0 Y+0\nDEP {to} R+8 F100\n");
+    let angle = 12.0_f64.atan2(35.0).to_degrees();
+    let found = same_places(&off(&format!("PLCT PR+37 PA+{angle}")), &off("LCT X+35 Y+12"));
+    close((found[found.len() - 1] - Vector3::new(35.0, 12.0, 10.0)).norm(), 0.0);
 }
 
 /// HEIDENHAIN's examples of DEP, behind a line up to (20, 20) with RR.

@@ -614,3 +614,29 @@ fn codes_beside_the_motion_say_what_they_are() {
     assert_eq!(ignored("G187 E.02"), NONE);
     assert_eq!(ignored("G1 X5 E2 F100\nX0"), [5]);
 }
+
+/// LinuxCNC: M61 says which tool is in the spindle, M62 to M65 switch outputs, M66 waits.
+#[test]
+fn codes_of_linuxcnc_for_the_tool_and_for_signals() {
+    let text =
+        |block: &str| format!("G21 G90 G17 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\n{block}\nG1 X9 F100");
+    let of = |block: &str| of(&text(block), Dialect::GCode, &settings());
+    let tool = of("M61 Q7");
+    assert_eq!(tool.moves[1].stated.tool, Some(7));
+    assert!(tool.warnings.is_empty(), "{:?}", tool.warnings);
+    assert!(told(&of("M61"), Code::ChangeIgnored).contains(&5));
+    let output = of("M64 P1");
+    assert_eq!(told(&output, Code::LeftOut), [5]);
+    assert!(output.warnings[0].what.contains("M64 switches an output"), "{:?}", output.warnings);
+    // Where the spindle stands, the output may start it.
+    let stopped = of("M5\nM64 P1");
+    let doubt = |note: &Note| {
+        note.code == Code::SpindleCommand && note.what.contains("M64 switches an output")
+    };
+    assert!(stopped.warnings.iter().any(doubt), "{:?}", stopped.warnings);
+    for wait in ["M66 P0 L3 Q5", "M66 E1 L0"] {
+        let program = of(wait);
+        assert_eq!(told(&program, Code::Assumed), [5], "{wait}");
+        assert_eq!((program.moves.len(), program.warnings.len()), (2, 1), "{wait}");
+    }
+}
