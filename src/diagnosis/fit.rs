@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::hypothesis::Hypothesis;
-use super::problem::{Evaluation, Problem};
+use super::problem::{ALL, Evaluation, Left, Problem};
+use super::shapes::ShapeTerm;
 
 /// Rounds after which one of several starts is chosen.
 const FIRST_ROUNDS: usize = 4;
@@ -95,10 +96,11 @@ impl Problem<'_> {
         let mut candidates: Vec<(f64, Hypothesis<'c>)> = if hypotheses.len() == 1 {
             hypotheses.into_iter().map(|hypothesis| (0.0, hypothesis)).collect()
         } else {
-            hypotheses
-                .into_iter()
-                .filter_map(|hypothesis| Some((self.first_order_score(&hypothesis)?, hypothesis)))
-                .collect()
+            let without = self.left_by(given, ALL)?;
+            let score = |hypothesis: Hypothesis<'c>| {
+                Some((self.first_order_score(given, &without, &hypothesis)?, hypothesis))
+            };
+            hypotheses.into_iter().filter_map(score).collect()
         };
         candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
         candidates.truncate(starts);
@@ -113,18 +115,17 @@ impl Problem<'_> {
         self.optimise(candidates.pop()?.1)
     }
 
-    /// ln likelihood of a hypothesis once the parameters of all causes but the last have given way
-    /// to that one, to first order: a cause that takes from another looks bad until the other has
-    /// given way.
-    fn first_order_score(&self, hypothesis: &Hypothesis<'_>) -> Option<f64> {
-        let mut others = hypothesis.clone();
-        others.effects.pop()?;
-        let parameters = others.inner().len();
-        let evaluation = self.evaluate_by(hypothesis, 0..parameters)?;
-        if parameters == 0 {
-            return Some(evaluation.score);
-        }
-        let (information, gradient) = normal_equations(&others, &evaluation);
+    /// ln likelihood of a hypothesis once the parameters of the causes of `given` have given way to
+    /// the one beside them, to first order: a cause that takes from another looks bad until the
+    /// other has given way. What the parameters do is taken from where that one is not: `without`.
+    fn first_order_score(
+        &self,
+        given: &Hypothesis<'_>,
+        without: &Left,
+        hypothesis: &Hypothesis<'_>,
+    ) -> Option<f64> {
+        let evaluation = self.compare(hypothesis)?;
+        let (information, gradient) = normal_equations_by(given, &evaluation, without);
         let damping = (information.diagonal() * 1e-3).add_scalar(1e-12);
         let damped = information + DMatrix::from_diagonal(&damping);
         let gain = damped.cholesky().map_or(0.0, |c| 0.5 * gradient.dot(&c.solve(&gradient)));
@@ -195,18 +196,23 @@ pub(super) fn normal_equations(
     hypothesis: &Hypothesis<'_>,
     evaluation: &Evaluation,
 ) -> (DMatrix<f64>, DVector<f64>) {
+    normal_equations_by(hypothesis, evaluation, &evaluation.left)
+}
+
+/// The same with slopes that were computed elsewhere; a point that has none there counts for
+/// nothing.
+fn normal_equations_by(
+    hypothesis: &Hypothesis<'_>,
+    evaluation: &Evaluation,
+    by: &Left,
+) -> (DMatrix<f64>, DVector<f64>) {
     let inner = hypothesis.inner();
     let p = inner.len();
     let mut information = DMatrix::zeros(p, p);
     let mut gradient = DVector::zeros(p);
-    for ((residual, slope), weight) in evaluation
-        .left
-        .innovations
-        .iter()
-        .zip(&evaluation.left.slopes)
-        .zip(&evaluation.noise.weights)
-    {
-        let Some(residual) = residual else { continue };
+    let innovations = evaluation.left.innovations.iter();
+    for ((residual, slope), weight) in innovations.zip(&by.slopes).zip(&evaluation.noise.weights) {
+        let Some(residual) = residual.filter(|_| slope.len() == p) else { continue };
         for i in 0..p {
             gradient[i] += weight * slope[i] * residual;
             for j in 0..p {
@@ -214,10 +220,12 @@ pub(super) fn normal_equations(
             }
         }
     }
-    for shape in &evaluation.left.shapes {
-        for (i, own) in shape.slope.iter().enumerate() {
+    let shapes = &evaluation.left.shapes;
+    let both = shapes.iter().zip(&by.shapes).filter(|_| shapes.len() == by.shapes.len());
+    for (shape, ShapeTerm { slope, .. }) in both {
+        for (i, own) in slope.iter().enumerate() {
             gradient[i] += shape.weight * own * shape.residual;
-            for (j, other) in shape.slope.iter().enumerate() {
+            for (j, other) in slope.iter().enumerate() {
                 information[(i, j)] += shape.weight * own * other;
             }
         }

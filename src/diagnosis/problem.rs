@@ -64,7 +64,7 @@ impl<'p> Problem<'p> {
     }
 
     /// The same with slopes by some of its parameters.
-    pub(super) fn evaluate_by(
+    fn evaluate_by(
         &self,
         hypothesis: &Hypothesis<'_>,
         parameters: Range<usize>,
