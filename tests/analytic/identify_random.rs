@@ -106,6 +106,37 @@ fn a_machines_tone_is_no_mode_where_no_force_was_measured() {
     }
 }
 
+/// Wind and traffic come in gusts: values are small most of the time, and large between.
+#[test]
+fn gusts_are_no_decays() {
+    const RATE: f64 = 400.0;
+    for seed in 0..4_u8 {
+        let mut rng = seeded(40 + u64::from(seed));
+        let mut responses = random_response(&modes(), RATE, 72_000, &mut rng);
+        let gust = |k: usize| {
+            let t = std::f64::consts::TAU * k as f64 / RATE;
+            (0.65 * ((t / 37.0 + f64::from(seed)).sin() + (t / 23.0).sin())).exp()
+        };
+        for channel in &mut responses {
+            channel.iter_mut().enumerate().for_each(|(k, y)| *y *= gust(k));
+            let power = |n: i32| channel.iter().map(|y| y.powi(n)).sum::<f64>();
+            assert!(power(4) * channel.len() as f64 / power(2).powi(2) > 5.2);
+        }
+        let responses = noisy(&responses, 0.05, &mut rng);
+        let found = identify_record(
+            &record(RATE, None, responses, Quantity::Displacement),
+            &asked(&[50.0]),
+        );
+        assert_eq!(found.kind, RecordKind::RandomResponse, "seed {seed}");
+        let listed: Vec<_> = found.modes.iter().filter(|mode| mode.suspicion.is_none()).collect();
+        assert_eq!(listed.len(), 3, "seed {seed}");
+        for (mode, truth) in listed.iter().zip(modes()) {
+            let off = (mode.frequency_hz - truth.hz).abs();
+            assert!(off < 5.0 * mode.frequency_std_hz, "seed {seed}: {off} at {}", truth.hz);
+        }
+    }
+}
+
 #[test]
 fn shapes_of_a_random_response_are_those_of_the_modes() {
     let found = measured(&modes(), 600.0, 0.05, 3);
@@ -151,6 +182,12 @@ fn what_decays_is_not_taken_for_a_random_response() {
         let found = identify_record(&record, &asked(&[]));
         assert_eq!(found.kind, RecordKind::FreeDecay, "seed {seed}");
     }
+    // Over as long as gusts.
+    let modes = [TrueMode::new(25.0, 0.02, &[1.0, 0.4]), TrueMode::new(61.0, 0.02, &[0.3, 0.6])];
+    let one = noisy(&free_decay(&modes, 0, 400.0, 900, 0), 0.02, &mut seeded(5));
+    let often: Vec<Vec<f64>> = one.iter().map(|one| one.repeat(12)).collect();
+    let found = identify_record(&record(400.0, None, often, Quantity::Displacement), &asked(&[]));
+    assert_eq!(found.kind, RecordKind::FreeDecay);
 }
 
 /// A recorder that stopped fills its file up: a quarter of it is no vibration, and no decay.

@@ -81,7 +81,7 @@ impl Block {
                             let delay = delays[k];
                             let below = 1.0 - mu * delay;
                             let below =
-                                if below.norm() < 1e-12 { C64::new(1e-12, 0.0) } else { below };
+                                if below.norm_sqr() < 1e-24 { C64::new(1e-12, 0.0) } else { below };
                             let g = below.inv();
                             let left = match drive {
                                 Some(_) => self.drive[k] - end,

@@ -184,6 +184,11 @@ impl Block {
         }
     }
 
+    /// Whether it is a record of what a measured force drives.
+    pub(super) fn is_forced(&self) -> bool {
+        matches!(self.origin, Origin::Sampled { force: Some(_), .. })
+    }
+
     /// Whether an analyser made its spectra.
     pub(in crate::identify) fn is_given(&self) -> bool {
         matches!(self.origin, Origin::Responses { .. })

@@ -63,7 +63,7 @@ fn envelope(block: &Block, pole: &Pole) -> Vec<f64> {
 
 /// The largest residue of a pole in a block: blocks without force begin as loud as they are.
 fn amplitude(block: &Block, at: usize, fit: &Fit, pole: usize) -> f64 {
-    if matches!(block.origin, Origin::Sampled { force: Some(_), .. }) {
+    if block.is_forced() {
         return 1.0;
     }
     let (place, _) = block.columns_of(&fit.poles)[pole];

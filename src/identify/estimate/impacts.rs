@@ -139,7 +139,7 @@ fn shares(
                 } else {
                     drive - left
                 };
-                if below.norm() < 1e-12 { C64::default() } else { change / below }
+                if below.norm_sqr() < 1e-24 { C64::default() } else { change / below }
             })
             .collect()
     };

@@ -122,7 +122,11 @@ pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole], most: usize) -> Op
     if let Some(rival) = &rival {
         fit = rival.without_leakage(blocks, fit);
     }
-    let doubt = rival.map(|rival| Doubt { share: share_of_rival(rival.gain), poles: rival.poles });
+    let count = fit.poles.len();
+    let fit = determined(blocks, fit)?;
+    let doubt = rival
+        .filter(|_| fit.poles.len() == count)
+        .map(|rival| Doubt { share: share_of_rival(rival.gain), poles: rival.poles });
     report(blocks, &fit, doubt.as_ref())
 }
 

@@ -4,7 +4,7 @@
 //! modified Gram–Schmidt, twice where much is lost (Björck, Numerical Methods for Least Squares
 //! Problems, §2.4.5).
 
-use nalgebra::{DMatrix, DMatrixView, DVector};
+use nalgebra::{Const, DMatrix, DMatrixView, DMatrixViewMut, DVector, Dyn, MatrixView};
 
 /// Orthonormal columns that span the given ones.
 #[derive(Debug, Clone)]
@@ -35,22 +35,36 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// triangle does not need is left out in steps of as many.
 const STEP: usize = 16;
 
+/// `to` = AᵀB with the first columns of A, as many as `to` has rows.
+fn transposed_times(a: &DMatrix<f64>, b: DMatrixView<f64>, mut to: DMatrixViewMut<f64>) {
+    /// From so many on nalgebra multiplies by blocks that stay in the cache.
+    const LARGE: usize = 6;
+    let (rows, columns) = (a.nrows(), to.nrows());
+    if rows.min(columns).min(b.ncols()) < LARGE {
+        return to.gemm_tr(1.0, &a.columns(0, columns), &b, 0.0);
+    }
+    // `gemm_tr` multiplies large ones column by column, too.
+    let of_a = &a.as_slice()[..rows * columns];
+    let transposed = MatrixView::<f64, Dyn, Dyn, Dyn, Const<1>>::from_slice_with_strides_generic(
+        of_a,
+        Dyn(columns),
+        Dyn(rows),
+        Dyn(rows),
+        Const,
+    );
+    to.gemm(1.0, &transposed, &b, 0.0);
+}
+
 /// AᵀA.
 pub(super) fn products(a: &DMatrix<f64>) -> DMatrix<f64> {
     let count = a.ncols();
-    // Not `tr_mul`, which is no product of matrices but one of columns.
-    let transposed = a.transpose();
     let mut products = DMatrix::zeros(count, count);
     for first in (0..count).step_by(STEP) {
         let own = STEP.min(count - first);
         // With all up to these.
         let rows = first + own;
-        products.view_mut((0, first), (rows, own)).gemm(
-            1.0,
-            &transposed.rows(0, rows),
-            &a.columns(first, own),
-            0.0,
-        );
+        let to = products.view_mut((0, first), (rows, own));
+        transposed_times(a, a.columns(first, own), to);
     }
     products.fill_lower_triangle_with_upper_triangle();
     products
@@ -165,7 +179,9 @@ impl Projection {
 
     /// The share of each target (rows × targets) in each orthonormal column, columns × targets.
     pub(super) fn shares(&self, targets: DMatrixView<f64>) -> DMatrix<f64> {
-        self.q.transpose() * targets
+        let mut shares = DMatrix::zeros(self.q.ncols(), targets.ncols());
+        transposed_times(&self.q, targets, shares.as_view_mut());
+        shares
     }
 
     /// R⁻¹ · shares: the factors of the columns whose sum is nearest to what has these shares; zero

@@ -5,22 +5,22 @@
 
 use nalgebra::{Complex, DMatrix, DVector, DVectorView};
 
-use super::block::{Block, Origin, Pole};
+use super::block::{Block, Pole};
 use super::drift;
 use super::fit::{COARSE, Fit, NORMAL, first_noise, matrix, rows, weights};
 use super::impacts;
-use super::noise;
 use super::unexplained::reaches;
 use crate::statistics::chi_squared_bound;
 
 /// The significant poles, `most` of them at most, and the fit at them.
 pub(super) fn select(blocks: &mut [Block], starts: &[Pole], most: usize) -> Option<Fit> {
+    let most = most.min(plausible(blocks, starts));
     let mut fit = supported(blocks, starts, most)
         .or_else(|| Fit::at(blocks, first_noise(blocks), Vec::new()))?;
     while fit.poles.len() < most {
-        let floor = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
+        let noise = fit.noise_of_choice(blocks);
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
-        fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, NORMAL);
+        fit = Fit::at(blocks, noise, fit.poles.clone())?.refined(blocks, NORMAL);
         if let Some(corrected) = impacts::corrected(blocks, &fit) {
             let trial = Fit::at(&corrected, fit.noise.clone(), fit.poles.clone())?
                 .refined(&corrected, NORMAL);
@@ -48,6 +48,20 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole], most: usize) -> Opti
         }
     }
     pruned(blocks, fit)
+}
+
+/// How many poles a record may have. A structure that is not quite linear leaves more under a
+/// measured force the better it was measured, one on another, which are no modes; a floor that
+/// sways takes many, too.
+fn plausible(blocks: &[Block], starts: &[Pole]) -> usize {
+    /// Poles that what is left shows beside those in the diagram.
+    const BESIDE_STARTS: usize = 4;
+    const LINES_OF_POLE: usize = 40;
+    if !blocks.iter().any(Block::is_forced) {
+        return usize::MAX;
+    }
+    let lines = blocks.iter().map(|block| block.omega.len()).max().unwrap_or(0);
+    (starts.len() + BESIDE_STARTS).max(lines / LINES_OF_POLE)
 }
 
 /// What an analyser made, with all modes at once that the starts support.
@@ -246,10 +260,9 @@ fn driven(fit: &Fit, starts: &[Pole], blocks: &[Block]) -> Vec<Pole> {
 
 /// Where a steady tone may be that no force explains, such as a line of the mains.
 fn tones(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
-    let is_forced = |block: &Block| matches!(block.origin, Origin::Sampled { force: Some(_), .. });
     let found = fit.poles.iter().filter(|pole| !pole.is_driven).count();
     // More tones are another effect that the model does not explain.
-    if !blocks.iter().any(is_forced) || found >= 4 {
+    if !blocks.iter().any(Block::is_forced) || found >= 4 {
         return Vec::new();
     }
     let tone = |omega| Pole { is_driven: false, ..Pole::from_modal(omega, 1e-5) };

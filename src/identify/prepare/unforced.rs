@@ -142,7 +142,8 @@ fn level(channels: &[&[f64]]) -> Vec<Vec<f64>> {
 }
 
 /// Whether the responses go on all the time, as under a random force, instead of decaying: their
-/// values spread like Gaussian noise, and their energy does not fall from one impact to the next.
+/// values spread like Gaussian noise, or as gusts of it that never die down, and their energy does
+/// not fall from one impact to the next.
 fn goes_on(channels: &[&[f64]], rate_hz: f64) -> bool {
     /// Kurtosis: 3 for Gaussian noise, 1.5 for a tone; decays have many small values.
     const KURTOSIS: [f64; 2] = [2.0, 5.0];
@@ -151,6 +152,8 @@ fn goes_on(channels: &[&[f64]], rate_hz: f64) -> bool {
     /// Rank correlation of energy with time, over parts of a decay.
     const MIN_RANK: f64 = -0.8;
     const PARTS: usize = 12;
+    /// Between gusts and in them.
+    const MIN_EVENNESS: f64 = 0.15;
     let level = level(channels);
     let borrowed: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
     let kurtosis = |y: &Vec<f64>| {
@@ -158,7 +161,8 @@ fn goes_on(channels: &[&[f64]], rate_hz: f64) -> bool {
         y.iter().map(|y| y.powi(4)).sum::<f64>() / y.len() as f64 / square.powi(2)
     };
     let spread = median(level.iter().map(kurtosis).collect()).unwrap_or(0.0);
-    if !(KURTOSIS[0]..=KURTOSIS[1]).contains(&spread) {
+    let is_steady = || median(level.iter().map(|y| evenness(y)).collect()) > Some(MIN_EVENNESS);
+    if spread < KURTOSIS[0] || spread > KURTOSIS[1] && !is_steady() {
         return false;
     }
     let sizes: Vec<f64> = level.iter().map(|y| rms(y.iter().copied())).collect();
@@ -183,6 +187,25 @@ fn goes_on(channels: &[&[f64]], rate_hz: f64) -> bool {
         whole += (to - from) as f64;
     }
     whole > 0.0 && last > MIN_REMAINING * first && rank > MIN_RANK * whole
+}
+
+/// Size of a quiet part of a response against a loud one, where the response is long enough for
+/// gusts to come and go.
+fn evenness(samples: &[f64]) -> f64 {
+    const PARTS: usize = 40;
+    const MIN_SAMPLES: usize = 250;
+    let length = samples.len().div_ceil(PARTS);
+    if length < MIN_SAMPLES {
+        return 0.0;
+    }
+    let mut sizes: Vec<f64> =
+        samples.chunks(length).map(|part| rms(part.iter().copied())).collect();
+    sizes.sort_by(f64::total_cmp);
+    let tenth = sizes.len() / 10;
+    match (sizes.get(tenth), sizes.get(sizes.len().saturating_sub(tenth + 1))) {
+        (Some(quiet), Some(loud)) if *loud > 0.0 => quiet / loud,
+        _ => 0.0,
+    }
 }
 
 /// The decays that are long enough; `None` (with a warning) where there is none.
