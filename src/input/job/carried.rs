@@ -79,11 +79,16 @@ impl<'r> Reader<'r> {
         }
     }
 
+    /// Whether the job has a payload of its own, which is that of moves whose load no program states.
+    pub(super) fn has_payload(&self) -> bool {
+        matches!(self.raw.payload, Some(raw::Payload::Body(_)))
+    }
+
     /// Doubts cuts of which a program does not state the load, where it states that of others: they
     /// are checked with one of these.
     pub(super) fn cuts_without_load(&mut self, called: &str, moves: &[Move], file: Option<&Path>) {
         let states = |each: &Move| each.stated.load.as_ref().is_some_and(|own| !own.is_placeholder);
-        if !moves.iter().any(states) {
+        if self.has_payload() || !moves.iter().any(states) {
             return;
         }
         // Nothing moves to where the path starts.
@@ -95,7 +100,8 @@ impl<'r> Reader<'r> {
         let place = Place { line: Some(first.line), ..Place::file(file) };
         let what = format!(
             "{called}: the program states the load of some moves and not of this one, which is \
-             checked with that of a neighbour"
+             checked with that of a neighbour: write payload in the job, which is the load of \
+             moves without one"
         );
         self.programs.reading.warnings.push(Note::warning(Code::PayloadUnknown, place, what));
     }

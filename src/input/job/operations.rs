@@ -88,6 +88,7 @@ impl<'j> Reader<'j> {
         let feed_m_per_s = raw.feed_mm_per_min.map(m_per_s_from_mm_per_min);
         let start_near = self.start_near(raw, node, called);
         let (external_axes, assume) = (self.external_axes.clone(), self.assume());
+        let tool_names = self.tool_names();
         let operation = OperationContext {
             called,
             job: self.path,
@@ -98,6 +99,7 @@ impl<'j> Reader<'j> {
             work_object: self.raw.work_object.as_ref().map(placed),
             external_axes: &external_axes,
             assume: &assume,
+            tool_names: &tool_names,
             spindle_rpm: raw.spindle_rpm,
             is_scheduled: raw.spindle_schedule.is_some(),
         };
@@ -117,8 +119,12 @@ impl<'j> Reader<'j> {
         let said = Said { called, node, speed: speed.ok()?, feed_m_per_s };
         let is_speed_of_job = self.raw.speeds_from == Some(raw::SpeedsFrom::Job);
         self.cuts_without_load(called, &moves, program.as_ref().map(|own| own.file.as_path()));
-        let stretches =
-            stretches(&moves, is_speed_of_job && said.speed.is_some(), self.tools.contains_key(&0));
+        let stretches = stretches(
+            &moves,
+            is_speed_of_job && said.speed.is_some(),
+            self.tools.contains_key(&0),
+            self.has_payload(),
+        );
         let settled = self.settle_speeds(&said, &moves, &stretches, program.as_ref(), spindle);
         let moves = Arc::new(moves);
         let mut operations = Vec::with_capacity(stretches.len());

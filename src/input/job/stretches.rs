@@ -43,14 +43,22 @@ impl Run {
 
 /// The stretches in order. Where the program is silent, or the spindle stands, the motion belongs
 /// to the stretch that follows; with `is_speed_of_job` nothing that the program says of speed
-/// counts. Tool 0 is an empty spindle unless the job has such a tool.
-pub(super) fn stretches(moves: &[Move], is_speed_of_job: bool, has_tool_0: bool) -> Vec<Stretch> {
+/// counts. Tool 0 is an empty spindle unless the job has such a tool. With `has_payload` the job
+/// says what moves carry of which the program does not.
+pub(super) fn stretches(
+    moves: &[Move],
+    is_speed_of_job: bool,
+    has_tool_0: bool,
+    has_payload: bool,
+) -> Vec<Stretch> {
     let mut runs = runs(moves, has_tool_0);
     fill(&mut runs, |run| &mut run.tool);
-    for group in runs.chunk_by_mut(|a, b| a.tool == b.tool) {
-        fill(group, |run| &mut run.load);
+    if !has_payload {
+        for group in runs.chunk_by_mut(|a, b| a.tool == b.tool) {
+            fill(group, |run| &mut run.load);
+        }
+        fill(&mut runs, |run| &mut run.load);
     }
-    fill(&mut runs, |run| &mut run.load);
     if is_speed_of_job {
         runs.iter_mut().for_each(|run| run.rpm = None);
     }
@@ -246,7 +254,7 @@ mod tests {
             (stands, Some(2), None),
         ]);
         let found = |job| -> Vec<_> {
-            let found = stretches(&program, job, false).into_iter();
+            let found = stretches(&program, job, false, false).into_iter();
             found.map(|s| (s.moves, s.rpm, s.tool, s.load.map(|l| l.mass_kg))).collect()
         };
         let expected =

@@ -228,6 +228,32 @@ fn each_tool_of_the_program_is_one_of_the_job_s() {
     );
 }
 
+/// A tool that the program calls by a name has the number under which the job lists it.
+#[test]
+fn tools_by_name_are_those_that_the_job_lists() {
+    let program = "T=\"MILL2\"\nM6\nG71 G90 G94 S9000 M3\nG0 X0 Y0 Z0\nG1 X10 F100\n\
+                   T=\"MILL5\"\nM6\nS800 M3\nX20\nM30\n";
+    let job = |second: &str| {
+        format!(
+            "    path: {{program: {{file: a.mpf}}}}\n\
+             tools: {{3: {{name: MILL2, teeth: 3}}, 4: {{name: {second}, teeth: 1}}}}\n"
+        )
+    };
+    let (read, notices) = read_of(&job("MILL5"), "a.mpf", program).unwrap();
+    let found: Vec<_> = read
+        .operations
+        .iter()
+        .map(|o| (o.tool.teeth, o.tool_number, o.speed.rpm_at(0.0)))
+        .collect();
+    assert_eq!(found, [(3, Some(3), 9000.0), (1, Some(4), 800.0)]);
+    assert!(notices.iter().all(|notice| !notice.contains("has a name")), "{notices:?}");
+    let (_, notices) = read_of(&job("MILL6"), "a.mpf", program).unwrap();
+    assert!(notices.iter().any(|notice| notice.contains("\"MILL5\" has a name")), "{notices:?}");
+    let by_name = job("MILL5").replace("{3: ", "{MILL2: ");
+    let errors = read_of(&by_name, "a.mpf", program).unwrap_err();
+    assert!(errors.iter().any(|error| error.contains("{1: {name: …")), "{errors:?}");
+}
+
 /// An empty spindle cuts nothing; where it would, its tool is asked for.
 #[test]
 fn tool_0_is_an_empty_spindle() {
@@ -324,7 +350,8 @@ fn a_load_that_nobody_states_is_told() {
     assert!(note.what.starts_with("payload has no com_m, so its centre of mass"), "{note}");
 }
 
-/// The cut with the tool of no stated load is checked with the other's: a doubt at its line.
+/// The cut with the tool of no stated load is checked with the other's: a doubt at its line; with
+/// the job's, where that has one.
 #[test]
 fn a_load_that_only_a_neighbour_has_is_doubted() {
     let tool = |name: &str, mass: &str| {
@@ -335,14 +362,19 @@ fn a_load_that_only_a_neighbour_has_is_doubted() {
     let way = |z: u8, tool: &str| {
         format!("MoveL [[1,2,{z}],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,{tool};\n")
     };
-    let told = |mass: &str| {
+    let read = |mass: &str, payload: &str| {
         let tools = tool("tA", mass) + &tool("tB", "4.2");
         let cuts = [way(3, "tA"), way(4, "tA"), way(5, "tB"), way(6, "tB")].concat();
         let program = format!("MODULE m\n{tools}PROC main()\n{cuts}ENDPROC\nENDMODULE\n");
-        let job = "    spindle_rpm: 1100\n    path: {program: {file: a.mod}}\npayload: none\n";
-        let (_, notices) = read_of(job, "a.mod", &program).unwrap();
-        notices.into_iter().filter(|what| what.contains("neighbour")).collect::<Vec<_>>()
+        let job = "    spindle_rpm: 1100\n    path: {program: {file: a.mod}}\npayload: ";
+        let (job, notices) = read_of(&format!("{job}{payload}\n"), "a.mod", &program).unwrap();
+        let told = notices.into_iter().filter(|what| what.contains("neighbour"));
+        let carried = job.operations.iter().map(|own| own.carried.mass_kg);
+        (carried.collect::<Vec<_>>(), told.collect::<Vec<_>>())
     };
+    let own = "{mass_kg: 3, com_m: [0, 0, 0]}";
+    assert_eq!(read("-1", own), (vec![3.0, 4.2], vec![]));
+    let told = |mass: &str| read(mass, "none").1;
     assert_eq!(told("2"), Vec::<String>::new());
     let [one] = &told("-1")[..] else { panic!("{:?}", told("-1")) };
     assert!(one.starts_with("a.mod:6: operation 'rough': the program states the load"), "{one}");

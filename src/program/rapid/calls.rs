@@ -29,6 +29,12 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// The signal that a call gives, and the line that names it.
+    fn signal_given(&self, name: &'a Name) -> (&'a Name, usize) {
+        let own = self.frames.last().and_then(|frame| frame.get(&name.key));
+        own.and_then(|datum| datum.signal).unwrap_or((name, self.line))
+    }
+
     /// Runs a procedure or function with these arguments.
     pub(super) fn call_routine(&mut self, routine: &'a Routine, args: &'a Args) -> Flow {
         let options = self.options(args);
@@ -37,10 +43,15 @@ impl<'a> Interpreter<'a> {
         let mut back = Vec::new();
         for parameter in &routine.parameters {
             let mut stands_for = None;
+            let is_signal = parameter.kind.starts_with("signal");
+            let mut signal = None;
             let value = if parameter.optional {
                 let named = options.iter().find(|(name, _)| *name == parameter.name.key);
                 let own = args.optional.iter().find(|(name, _)| *name == parameter.name.key);
                 match own.filter(|_| parameter.by_reference) {
+                    Some((_, Optional::Value(Expr::Ref(path)))) if is_signal => {
+                        signal = Some(self.signal_given(&path.name));
+                    }
                     Some((_, Optional::Value(Expr::Ref(path)))) => {
                         stands_for = self.of_module(path);
                         if stands_for.is_none() {
@@ -50,6 +61,7 @@ impl<'a> Interpreter<'a> {
                     Some((_, Optional::IfPresent(outer))) => {
                         let outer = self.frames.last().and_then(|frame| frame.get(&outer.key));
                         stands_for = outer.and_then(|datum| datum.stands_for.clone());
+                        signal = outer.and_then(|datum| datum.signal);
                     }
                     _ => {}
                 }
@@ -57,7 +69,9 @@ impl<'a> Interpreter<'a> {
             } else {
                 match given.next() {
                     Some(expr) => {
-                        if let (true, Expr::Ref(path)) = (parameter.by_reference, expr) {
+                        if let (true, Expr::Ref(path)) = (is_signal, expr) {
+                            signal = Some(self.signal_given(&path.name));
+                        } else if let (true, Expr::Ref(path)) = (parameter.by_reference, expr) {
                             stands_for = self.of_module(path);
                             if stands_for.is_none() {
                                 back.push((&**path, parameter.name.key.as_str()));
@@ -71,7 +85,8 @@ impl<'a> Interpreter<'a> {
                     )),
                 }
             };
-            let datum = Datum { kind: parameter.kind.as_str(), value, stands_for };
+            let kind = parameter.kind.as_str();
+            let datum = Datum { kind, value, stands_for, signal, is_constant: false };
             frame.insert(parameter.name.key.clone(), datum);
         }
         self.frames.push(frame);

@@ -26,7 +26,8 @@ impl<'a> Interpreter<'a> {
             || self.velocity != (1.0, f64::INFINITY)
             || self.turning != Some(Turning::WithArc)
             || self.gripped != Ok(None)
-            || !self.off.is_empty();
+            || !self.off.is_empty()
+            || !self.connected.is_empty();
         if first.is_empty() && !has_set {
             return;
         }

@@ -95,6 +95,11 @@ impl<'a> Interpreter<'a> {
 
     /// The value of a datum or of a part of it.
     pub(super) fn read(&mut self, path: &'a Path) -> Value {
+        let signal = self.signal_of(&path.name);
+        if !std::ptr::eq(signal, &path.name) {
+            let known = self.output(&signal.key).or_else(|| self.assumed(&signal.key));
+            return known.unwrap_or_else(|| Value::unknown(undeclared(signal)));
+        }
         let Place { scope, key, way } = match self.place(path) {
             Ok(place) => place,
             Err(why) => {
@@ -127,6 +132,9 @@ impl<'a> Interpreter<'a> {
         }
         let found = value.clone();
         self.keep_own_value(&path.name, &found);
+        if scope == Scope::Module {
+            self.doubt_trapped(key, &path.name, &found);
+        }
         found
     }
 
@@ -138,6 +146,7 @@ impl<'a> Interpreter<'a> {
         }
         let Place { scope, key, way } = place?;
         let sizes = self.sizes(scope, key, &way, path);
+        let is_anew = way.is_empty() && scope == Scope::Module && self.trapped.contains_key(key);
         let own_frames = self.own_frames();
         let root = match scope {
             Scope::Routine => self
@@ -174,6 +183,9 @@ impl<'a> Interpreter<'a> {
         *target = value;
         if grows && let Err(why) = within_size(root.size()) {
             *root = Value::unknown(why);
+        }
+        if is_anew {
+            self.set_anew.insert(key);
         }
         Ok(())
     }
@@ -289,7 +301,8 @@ impl<'a> Interpreter<'a> {
     }
 
     fn root(&self, scope: Scope, key: &str) -> Option<&Value> {
-        let trapped = self.trapped.get(key).filter(|_| scope == Scope::Module);
+        let is_trapped = scope == Scope::Module && !self.is_set_anew(key);
+        let trapped = self.trapped.get(key).filter(|_| is_trapped);
         trapped.or_else(|| self.own_root(scope, key))
     }
 
@@ -456,9 +469,10 @@ impl<'a> Interpreter<'a> {
     }
 
     /// A datum of the routine that runs.
-    pub(super) fn declare(&mut self, key: &str, kind: &'a str, value: Value) {
+    pub(super) fn declare(&mut self, key: &str, kind: &'a str, value: Value, is_constant: bool) {
         if let Some(frame) = self.frames.last_mut() {
-            frame.insert(key.to_owned(), Datum { kind, value, stands_for: None });
+            let datum = Datum { kind, value, stands_for: None, signal: None, is_constant };
+            frame.insert(key.to_owned(), datum);
         }
     }
 }

@@ -1,31 +1,43 @@
 //! Data that the run fills in: what an operator answers, what a channel gives, whether a wait was
 //! in time, what another task sets while this one waits.
 
+use super::instructions::{may_be_set, may_set};
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Name, Optional, Path};
 use super::value::Value;
-use super::walk::names_in;
+use super::walk::{given, is_settable, names_in};
 
-/// Instructions and functions that write into what they are given.
-const FILL: [&str; 18] = [
-    "getdataval",
-    "getnextmechunit",
-    "getnextsym",
-    "getsysdata",
-    "gettrapdata",
-    "readanybin",
-    "readcfgdata",
-    "readdir",
-    "readerrdata",
-    "readrawbytes",
-    "rmqgetmsgdata",
-    "socketreceive",
-    "strtoval",
-    "testandset",
-    "tpreaddnum",
-    "tpreadfk",
-    "tpreadnum",
-    "unpackrawbytes",
+/// Instructions and functions that write into what they are given, and how many arguments stand
+/// before that.
+const FILL: [(&str, usize); 28] = [
+    ("bookerrno", 0),
+    ("calcrotaxframez", 3),
+    ("calcrotaxisframe", 3),
+    ("defaccframe", 3),
+    ("fricidevaluate", 0),
+    ("getdataval", 0),
+    ("getjointdata", 2),
+    ("getnextmechunit", 0),
+    ("getnextsym", 0),
+    ("getsignalorigin", 1),
+    ("getsysdata", 0),
+    ("gettrapdata", 0),
+    ("ivarvalue", 2),
+    ("paridposvalid", 1),
+    ("readanybin", 0),
+    ("readcfgdata", 0),
+    ("readdir", 0),
+    ("readerrdata", 0),
+    ("readrawbytes", 0),
+    ("rmqgetmsgdata", 0),
+    ("socketaccept", 0),
+    ("socketreceive", 0),
+    ("strtoval", 1),
+    ("testandset", 0),
+    ("tpreaddnum", 0),
+    ("tpreadfk", 0),
+    ("tpreadnum", 0),
+    ("unpackrawbytes", 0),
 ];
 
 /// Optional arguments that others write.
@@ -33,11 +45,10 @@ const FILLED: [&str; 5] = ["timeflag", "valueattimeout", "breakflag", "result", 
 
 /// The data that an instruction or a function of the controller fills in.
 pub(super) fn filled<'a>(name: &Name, args: &'a Args) -> Vec<&'a Path> {
-    let fills = FILL.contains(&name.key.as_str());
-    let given = usize::from(name.key == "strtoval");
-    let positional = args.positional.iter().skip(given).filter(|_| fills);
+    let before = FILL.iter().find(|(own, _)| *own == name.key).map(|(_, before)| *before);
+    let positional = args.positional.iter().skip(before.unwrap_or(usize::MAX));
     let optional = args.optional.iter().filter_map(|(own, value)| match value {
-        Optional::Value(expr) if fills || FILLED.contains(&own.as_str()) => Some(expr),
+        Optional::Value(expr) if before.is_some() || FILLED.contains(&own.as_str()) => Some(expr),
         _ => None,
     });
     let data = positional.chain(optional).filter_map(|expr| match expr {
@@ -52,24 +63,51 @@ impl<'a> Interpreter<'a> {
     /// assumes.
     pub(super) fn fill(&mut self, name: &Name, args: &'a Args) {
         for path in filled(name, args) {
-            let key = path.name.key.as_str();
-            let own = self.settings.assume.get(key).filter(|_| path.is_whole());
-            if own.is_some() {
-                self.heed(key);
+            self.lose(path, &format!("{} fills in", name.shown));
+        }
+        let file = self.file;
+        if let ("setdataval", Some(Expr::Text(text))) = (name.key.as_str(), args.positional.first())
+            && let Some(data) = file.data.get(&text.to_lowercase())
+        {
+            let what = format!("{} sets '{}': known only at run time", name.shown, data.name.shown);
+            self.forget(&data.name, &Value::unknown(what));
+        }
+    }
+
+    /// What a call that is in no file may have set.
+    pub(super) fn lose_arguments(&mut self, name: &Name, args: &'a Args) {
+        if !may_set(&name.key) {
+            return;
+        }
+        for path in given(args) {
+            let local = self.frames.last().and_then(|frame| frame.get(&path.name.key));
+            let is_lost = match local {
+                Some(datum) => !datum.is_constant && may_be_set(datum.kind),
+                None => self.file.data.get(&path.name.key).is_some_and(is_settable),
+            };
+            if is_lost {
+                let by = format!("{}, which is in no file that is read, may set", name.shown);
+                self.lose(path, &by);
             }
-            let value = own.map_or_else(
-                || {
-                    let (datum, by) = (&path.name.shown, &name.shown);
-                    Value::unknown(format!("{by} fills in '{datum}': known only at run time"))
-                },
-                |own| Value::from(*own),
-            );
-            self.forget(&path.name, &value);
-            if own.is_some() && !self.is_declared(key) {
-                // What the job says of it holds, whatever was known of it before.
-                self.forgotten.remove(key);
-                self.assigned.remove(key);
-            }
+        }
+    }
+
+    /// `by` is what stands before the datum in the text.
+    fn lose(&mut self, path: &'a Path, by: &str) {
+        let key = path.name.key.as_str();
+        let own = self.settings.assume.get(key).filter(|_| path.is_whole());
+        if own.is_some() {
+            self.heed(key);
+        }
+        let value = own.map_or_else(
+            || Value::unknown(format!("{by} '{}': known only at run time", path.name.shown)),
+            |own| Value::from(*own),
+        );
+        self.forget(&path.name, &value);
+        if own.is_some() && !self.is_declared(key) {
+            // What the job says of it holds, whatever was known of it before.
+            self.forgotten.remove(key);
+            self.assigned.remove(key);
         }
     }
 

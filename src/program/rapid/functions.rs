@@ -3,6 +3,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::bits;
 use super::value::{Value, from_orientation, from_pose, orientation, pose, position};
 use crate::program::functions::function;
 use crate::units::{deg_from_rad, m_from_mm, rad_from_deg};
@@ -81,6 +82,9 @@ pub(super) fn call(key: &str, given: &Given) -> Option<Result<Value, String>> {
         "pow" => given.num(0).and_then(|base| Ok(Value::Num(base.powf(given.num(1)?)))),
         "atan2" => given.num(0).and_then(|y| Ok(Value::Num(deg_from_rad(y.atan2(given.num(1)?))))),
         "round" | "trunc" => rounded(key, given),
+        _ if key.starts_with("bit") => {
+            bits::call(key, given.positional, !given.optional.is_empty())?
+        }
         _ => {
             let function = numeric(key)?;
             given.num(0).map(|x| Value::Num(function(x)))

@@ -66,7 +66,8 @@ impl<'a> Interpreter<'a> {
 
     /// Of an instruction, or a procedure that is in no file; whether it looks like one.
     pub(super) fn doubt_call(&mut self, line: usize, name: &Name, args: &Args) -> bool {
-        let mut names = [name].into_iter().chain(commanded(&name.key, args));
+        let names = [name].into_iter().chain(commanded(&name.key, args));
+        let mut names = names.map(|name| self.signal_of(name));
         let found = names.find(|name| is_spindles(&name.shown) && !self.is_place(&name.key));
         if let Some(found) = found {
             self.doubt(line, &found.shown);

@@ -59,7 +59,7 @@ pub(super) fn sounds_like_motion(key: &str) -> bool {
 
 /// Instructions without motion of their own and without effect on later motion.
 pub(super) fn is_ignored(key: &str) -> bool {
-    const IGNORED: [&str; 94] = [
+    const IGNORED: [&str; 91] = [
         "accset",
         "actunit",
         "add",
@@ -97,8 +97,6 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "itimer",
         "iwatch",
         "load",
-        "loadid",
-        "mtoolrottest",
         "open",
         "opendir",
         "pathacclim",
@@ -128,7 +126,6 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "storepath",
         "startmove",
         "systemstopaction",
-        "toolrot",
         "tperase",
         "tpreaddnum",
         "tpreadfk",
@@ -184,6 +181,29 @@ pub(super) fn is_ignored(key: &str) -> bool {
             "waituntil" | "worldacclim" | "write" | "writeanybin" | "writebin" | "break"
         )
         || IGNORED.contains(&key)
+}
+
+/// Whether an instruction of which nothing else is known may set what it is given.
+pub(super) fn may_set(key: &str) -> bool {
+    const READ: [&str; 9] = [
+        "gripload",
+        "ierror",
+        "ipers",
+        "mechunitload",
+        "raise",
+        "setdataval",
+        "speedrefresh",
+        "startmoveretry",
+        "velset",
+    ];
+    let is_known = is_ignored(key) || motion(key).is_some() || READ.contains(&key);
+    !is_known && !key.starts_with("write")
+}
+
+/// Whether a call may set data of this type: the others are given to be moved with.
+pub(super) fn may_be_set(kind: &str) -> bool {
+    const USED: [&str; 5] = ["speeddata", "stoppointdata", "tooldata", "wobjdata", "zonedata"];
+    !USED.contains(&kind) && !kind.starts_with("signal")
 }
 
 /// Whether a function is the controller's own: it neither moves nor sets an output.

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::carried::{UnitOff, WorkObject};
-use super::syntax::{Expr, File};
+use super::carried::{ToolFrame, UnitOff, WorkObject};
+use super::syntax::{Expr, File, Name, Trap};
 use super::timed::Timed;
 use super::value::Value;
 use super::walk::{Named, set_by_others};
@@ -29,6 +29,9 @@ pub(super) struct Datum<'a> {
     pub(super) value: Value,
     /// The datum of the module that it is another name of, and the way down in that.
     pub(super) stands_for: Option<(&'a str, Vec<usize>)>,
+    /// The signal that it is another name of, and the line that says so.
+    pub(super) signal: Option<(&'a Name, usize)>,
+    pub(super) is_constant: bool,
 }
 
 /// How a statement ends.
@@ -77,6 +80,9 @@ pub(super) struct Interpreter<'a> {
     pub(super) turning: Option<Turning>,
     /// The work object of the motion before.
     pub(super) active_object: WorkObject,
+    /// The tool that `SetSysData` has set since; whether it has set what is not known.
+    pub(super) active_tool: Option<ToolFrame>,
+    pub(super) active_unknown: bool,
     /// Whether the arm stands where it went: the last move stops at its end.
     pub(super) has_arrived: bool,
     /// The joints behind it, if they are known, degrees.
@@ -85,6 +91,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) runs_on: bool,
     /// Whether `StopMove` holds the arm on its way.
     pub(super) is_stopped: bool,
+    /// Whether no `StartMove` has followed `StopMove`, or may not have.
+    pub(super) is_held: bool,
     /// Units that are switched off.
     pub(super) off: Vec<UnitOff>,
     /// Outputs that the program has set, by name in lower case.
@@ -118,6 +126,10 @@ pub(super) struct Interpreter<'a> {
     pub(super) objects_of_job: HashSet<String>,
     /// Data of the module that traps set, with what the job assumes of them.
     pub(super) trapped: HashMap<&'a str, Value>,
+    /// Those of them that the program itself has set, and nothing has taken time since.
+    pub(super) set_anew: HashSet<&'a str>,
+    /// Traps that may run, with the names of their interrupts.
+    pub(super) connected: Vec<(Option<&'a str>, &'a Trap)>,
     /// Whether the job's tcp and work object stand for data that no file declares, and not for
     /// tool0 and wobj0 beside them.
     pub(super) stands_for: Named,
@@ -127,6 +139,15 @@ pub(super) struct Interpreter<'a> {
 }
 
 impl<'a> Interpreter<'a> {
+    /// The signal that a name stands for: that of an argument is the caller's.
+    pub(super) fn signal_of<'n>(&self, name: &'n Name) -> &'n Name
+    where
+        'a: 'n,
+    {
+        let own = self.frames.last().and_then(|frame| frame.get(&name.key));
+        own.and_then(|datum| datum.signal).map_or(name, |(signal, _)| signal)
+    }
+
     /// What the job has for tool0 and for wobj0.
     pub(super) fn own_frames(&self) -> [Option<Isometry3<f64>>; 2] {
         let Named { tool, work_object } = self.stands_for;
@@ -157,9 +178,12 @@ impl<'a> Interpreter<'a> {
             monitors: [true; 2],
             turning: Some(Turning::WithArc),
             active_object: WorkObject::default(),
+            active_tool: None,
+            active_unknown: false,
             has_arrived: true,
             runs_on: false,
             is_stopped: false,
+            is_held: false,
             off: Vec::new(),
             joints_now: None,
             outputs: HashMap::new(),
@@ -177,6 +201,8 @@ impl<'a> Interpreter<'a> {
             of_motion: OnceCell::new(),
             objects_of_job: HashSet::new(),
             trapped: HashMap::new(),
+            set_anew: HashSet::new(),
+            connected: Vec::new(),
             stands_for: Named::default(),
             gripped: Ok(None),
         }

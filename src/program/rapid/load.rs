@@ -84,6 +84,30 @@ impl<'a> Interpreter<'a> {
         self.gripped = held.map_err(|why| format!("GripLoad: {why}"));
     }
 
+    /// `LoadId TOOL_LOAD_ID, MASS_WITH_AX3, tool1 \PayLoad:=load1;`: the arm moves until the load
+    /// is known, which is written into the tool or the payload.
+    pub(super) fn identify_load(&mut self, line: usize, args: &'a Args) {
+        let found = || Value::unknown("LoadId finds the load: known only at run time");
+        let what = "LoadId moves the arm and writes the load that it finds: neither is read";
+        self.log.warning(Code::MotionLeftOut, line, what);
+        if let Some(Expr::Ref(path)) = args.positional.get(2) {
+            match self.read(path) {
+                Value::List(mut parts) if parts.len() == 3 => {
+                    parts[2] = found();
+                    if self.write(path, Value::List(parts)).is_err() {
+                        self.forget(&path.name, &found());
+                    }
+                }
+                _ => self.forget(&path.name, &found()),
+            }
+        }
+        for name in ["payload", "accuracy"] {
+            if let Some(Expr::Ref(path)) = args.optional_value(name) {
+                self.forget(&path.name, &found());
+            }
+        }
+    }
+
     /// A loaddata: mass, centre of mass, axes of moment about it, moments about these; `None` where
     /// it has no mass.
     fn load(&self, line: usize, expr: &Expr, value: &Value) -> Result<Option<Load>, String> {

@@ -1,11 +1,23 @@
 //! FOR and WHILE.
 
+use std::collections::HashSet;
+
+use super::constants::predefined;
 use super::interpreter::{Flow, Interpreter};
+use super::sets::set_within;
 use super::syntax::{Block, Expr, Name, What};
 use super::value::Value;
-use super::walk::statements_in;
+use super::walk::{all_of, calls_in, names_in, statements_in};
 use crate::notes::Code;
 use crate::program::single;
+
+const ENDLESS: &str =
+    "an endless loop: read once, without the move from its end back to its beginning";
+
+fn jumps_out(body: &Block) -> bool {
+    let mut inside = statements_in(std::iter::once(body));
+    inside.any(|what| matches!(what, What::Return(_) | What::Goto(_)))
+}
 
 impl<'a> Interpreter<'a> {
     /// `parts`: from, to, step.
@@ -50,7 +62,7 @@ impl<'a> Interpreter<'a> {
             if is_behind || !self.another_pass(line) {
                 break;
             }
-            self.declare(&variable.key, "num", Value::Num(at));
+            self.declare(&variable.key, "num", Value::Num(at), true);
             flow = self.block(body);
             if !matches!(flow, Flow::Next) {
                 break;
@@ -81,12 +93,8 @@ impl<'a> Interpreter<'a> {
 
     pub(super) fn while_loop(&mut self, line: usize, condition: &'a Expr, body: &'a Block) -> Flow {
         if *condition == Expr::Bool(true) {
-            let mut inside = statements_in(std::iter::once(body));
-            let what = match inside.any(|what| matches!(what, What::Return(_) | What::Goto(_))) {
-                false => {
-                    "an endless loop: read once, without the move from its end back to its \
-                     beginning"
-                }
+            let what = match jumps_out(body) {
+                false => ENDLESS,
                 true => {
                     "WHILE TRUE, which RETURN or GOTO may leave: read once; what further passes \
                      do, and what stands behind the loop, is not read"
@@ -99,10 +107,16 @@ impl<'a> Interpreter<'a> {
             };
         }
         self.doubt_shared(line, "WHILE", vec![condition], vec![body]);
+        let mut passes = 0;
         loop {
             match self.eval(condition).bool() {
+                // It is TRUE for good.
+                Ok(true) if passes == 1 && self.is_endless(condition, body) => {
+                    self.log.warning(Code::MotionLeftOut, line, ENDLESS);
+                    return Flow::Exit;
+                }
                 Ok(true) if self.another_pass(line) => match self.block(body) {
-                    Flow::Next => {}
+                    Flow::Next => passes += 1,
                     flow => return flow,
                 },
                 Ok(_) => return Flow::Next,
@@ -111,6 +125,41 @@ impl<'a> Interpreter<'a> {
                     return Flow::Next;
                 }
             }
+        }
+    }
+
+    /// Whether a condition stays as it is: nothing in the loop, no trap and no other task sets what
+    /// it asks for; and nothing in the loop leaves it.
+    fn is_endless(&self, condition: &'a Expr, body: &'a Block) -> bool {
+        let ends = |key: &str| matches!(key, "exit" | "exitcycle" | "systemstopaction");
+        let calls = all_of(vec![condition]).into_iter().any(|own| matches!(own, Expr::Call(_)));
+        let names = names_in(vec![condition]);
+        if calls || jumps_out(body) || !names.iter().all(|name| self.is_programs(name)) {
+            return false;
+        }
+        let traps = self.file.traps.iter().map(|trap| &trap.body);
+        let all = std::iter::once(body).chain(traps);
+        let set: HashSet<&str> = all
+            .flat_map(|block| set_within(self.file, block))
+            .map(|name| name.key.as_str())
+            .collect();
+        !names.iter().any(|name| set.contains(name.key.as_str()))
+            && !calls_in(self.file, &[body]).iter().any(|(name, _)| ends(&name.key))
+    }
+
+    /// Whether nothing but the program sets a datum, and by no other name.
+    fn is_programs(&self, name: &Name) -> bool {
+        let key = name.key.as_str();
+        let frame = self.frames.last();
+        if let Some(datum) = frame.and_then(|frame| frame.get(key)) {
+            return datum.stands_for.is_none() && datum.signal.is_none();
+        }
+        let mut local = frame.into_iter().flat_map(|frame| frame.values());
+        let has_other_name =
+            local.any(|datum| datum.stands_for.as_ref().is_some_and(|(own, _)| *own == key));
+        match self.file.data.get(key) {
+            Some(data) => !data.is_persistent && !has_other_name,
+            None => predefined(key).is_some(),
         }
     }
 }

@@ -7,6 +7,8 @@
 //! left out. A robtarget's configuration counts where the program monitors it: real programs carry
 //! arbitrary ones under `ConfL \Off`. The world frame is taken to be the base frame.
 
+mod active;
+mod bits;
 mod calls;
 mod carried;
 mod constants;
@@ -29,6 +31,7 @@ mod outputs;
 mod parser;
 mod run;
 mod set_by;
+mod sets;
 mod shared;
 mod stops;
 mod syntax;

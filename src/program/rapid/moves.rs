@@ -287,10 +287,16 @@ impl<'a> Interpreter<'a> {
         };
         let find = |wanted: &str| options.iter().find(|(name, _)| name == wanted);
         let line = self.line;
+        let is_own = find("tool").is_none() || find("wobj").is_none();
+        if let Some(why) = self.why_not_active().filter(|_| is_own) {
+            return Err(why);
+        }
         let (tcp, holds) = match find("tool") {
             Some((_, tool)) => self.tcp_of(line, args.optional_value("tool"), tool)?,
-            None if last.holds_work => (last.tcp, Holds::Work),
-            None => (last.tcp, Holds::Tool),
+            None => {
+                let holds = if last.holds_work { Holds::Work } else { Holds::Tool };
+                self.active_tool.unwrap_or((last.tcp, holds))
+            }
         };
         let object = match find("wobj") {
             Some((_, object)) => self.work_object(line, Some(object), args)?,

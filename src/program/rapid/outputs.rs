@@ -49,10 +49,11 @@ impl<'a> Interpreter<'a> {
         let (true, Some(Expr::Ref(signal))) = (SETS.contains(&key), args.positional.first()) else {
             return self.forget_outputs(key, args);
         };
-        let name = signal.name.key.as_str();
+        let signal = self.signal_of(&signal.name);
+        let name = signal.key.as_str();
         let given = args.positional.get(1).map(|expr| self.eval(expr));
         let number = given.as_ref().and_then(|value| value.num().ok());
-        self.doubt_setter_output(line, &signal.name, number);
+        self.doubt_setter_output(line, signal, number);
         if key == "setao" {
             self.analog.set(self.settings, self.log, line, name, number);
         }
@@ -111,6 +112,8 @@ impl<'a> Interpreter<'a> {
 
     /// An output, or a datum that no file declares, is no longer known.
     pub(super) fn forget_name(&mut self, key: &str) {
+        let own = self.frames.last().and_then(|frame| frame.get(key));
+        let key = own.and_then(|datum| datum.signal).map_or(key, |(signal, _)| &signal.key);
         self.outputs.remove(key);
         self.forgotten.insert(key.to_owned());
     }
@@ -184,7 +187,7 @@ impl<'a> Interpreter<'a> {
     /// What the signal that a function reads has been set to, or what the job assumes of it.
     pub(super) fn signal(&self, function: &str, args: &Args) -> Option<Value> {
         let Some(Expr::Ref(signal)) = args.positional.first() else { return None };
-        let key = signal.name.key.as_str();
+        let key = self.signal_of(&signal.name).key.as_str();
         let value = || self.output(key).or_else(|| self.assumed(key));
         let value = READ.contains(&function).then(value)??;
         Some(match (function, value) {

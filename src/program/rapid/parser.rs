@@ -7,7 +7,7 @@ use super::cursor::{Cursor, Parsed};
 use super::lexer::Kind;
 use super::modules::{Renamed, renamed};
 use super::syntax::{
-    Args, Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, Trap, What,
+    Args, Block, Declaration, Expr, File, Name, Optional, Parameter, Routine, Statement, Trap, What,
 };
 use crate::notes::Code;
 use crate::program::Settings;
@@ -60,6 +60,7 @@ fn declare_registers(file: &mut File) {
         file.data.entry(name.key.clone()).or_insert_with(|| Declaration {
             line: 1,
             is_persistent: false,
+            is_constant: false,
             kind: "num".to_owned(),
             name,
             dimensions: Vec::new(),
@@ -181,7 +182,7 @@ impl<'a> Parser<'a> {
     /// `CONST robtarget p{2}:=…;`, from the storage class on.
     fn declaration(&mut self) -> Parsed<Declaration> {
         let line = self.line();
-        let is_persistent = self.cursor.is_any_word(&["PERS"]);
+        let [is_persistent, is_constant] = ["PERS", "CONST"].map(|word| self.cursor.is_word(word));
         self.cursor.advance();
         let kind = self.cursor.name()?.key;
         let name = if self.depth > 0 { self.cursor.own_name(true)? } else { self.cursor.name()? };
@@ -190,7 +191,7 @@ impl<'a> Parser<'a> {
         let value =
             if self.cursor.take_symbol(":=") { Some(self.cursor.expression()?) } else { None };
         self.cursor.symbol(";")?;
-        Ok(Declaration { line, is_persistent, kind, name, dimensions, value })
+        Ok(Declaration { line, is_persistent, is_constant, kind, name, dimensions, value })
     }
 
     fn routine(&mut self, end: &str, typed: bool) -> Parsed<Routine> {
@@ -396,11 +397,12 @@ impl<'a> Parser<'a> {
 
     /// `CONNECT i1 WITH tr;`: an instruction with the name of the trap as a text.
     fn connect(&mut self) -> Parsed<What> {
-        self.cursor.expression()?;
+        let interrupt = Optional::Value(self.cursor.expression()?);
         self.cursor.word("WITH")?;
         let trap = self.cursor.name()?;
         self.cursor.symbol(";")?;
-        let args = Args { positional: vec![Expr::Text(trap.shown)], optional: Vec::new() };
+        let optional = vec![("interrupt".to_owned(), interrupt)];
+        let args = Args { positional: vec![Expr::Text(trap.shown)], optional };
         Ok(What::Call(Name::new("CONNECT"), args))
     }
 

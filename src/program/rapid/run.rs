@@ -6,6 +6,7 @@ use super::eval::equal;
 use super::filled::filled;
 use super::instructions::{self, is_own_function};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
+use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
 use super::walk::{blocks_in, functions_in, functions_of, names_in};
@@ -133,7 +134,8 @@ impl<'a> Interpreter<'a> {
         match what {
             What::Declare(declaration) => {
                 let value = self.initial_value(declaration);
-                self.declare(&declaration.name.key, &declaration.kind, value);
+                let is_constant = declaration.is_constant;
+                self.declare(&declaration.name.key, &declaration.kind, value, is_constant);
             }
             What::Assign(path, expr) => {
                 let span = self.literal(expr);
@@ -152,7 +154,11 @@ impl<'a> Interpreter<'a> {
                     }
                 }
             }
-            What::Call(name, args) => return self.call(line, name, args),
+            What::Call(name, args) => {
+                let flow = self.call(line, name, args);
+                self.pass_time(&name.key);
+                return flow;
+            }
             What::If(branches, otherwise) => return self.branches(line, branches, otherwise),
             What::For { variable, from, to, step, body } => {
                 return self.for_loop(line, variable, [Some(from), Some(to), step.as_ref()], body);
@@ -310,15 +316,18 @@ impl<'a> Interpreter<'a> {
             return Effect::Motion;
         }
         if let Some(routine) = self.file.procedures.get(&name.key) {
+            if self.gives_signal(routine, args) {
+                return Effect::Motion;
+            }
             return match self.effect_of_routine(routine, &name.key, seen) {
                 Effect::Data(names) => Effect::Data(names.into_iter().chain(references).collect()),
                 Effect::Motion => Effect::Motion,
             };
         }
         match name.key.as_str() {
-            "incr" | "decr" | "add" | "clear" => Effect::Data(references.collect()),
+            key if CHANGE.contains(&key) => Effect::Data(references.collect()),
             key if STAND_FOR.contains(&key) => Effect::Data(vec![name]),
-            "mechunitload" | "confj" | "confl" => Effect::Data(Vec::new()),
+            "mechunitload" | "confj" | "confl" | "setsysdata" => Effect::Data(Vec::new()),
             "waituntil" => {
                 let waited = names_in(args.positional.iter().collect());
                 Effect::Data(waited.into_iter().chain(names_of(filled(name, args))).collect())
@@ -463,6 +472,9 @@ impl<'a> Interpreter<'a> {
                 self.monitors[usize::from(key == "confl")] = !is_off;
             }
             "incr" | "decr" | "add" | "clear" => self.count(line, key, args),
+            "bitset" | "bitclear" => self.change_bit(line, key, args),
+            "setsysdata" => self.set_sys_data(line, args),
+            "loadid" => self.identify_load(line, args),
             _ if instructions::displaces(key) => {
                 let what = format!("{}: program displacement is not supported", name.shown);
                 self.log.error(Code::Motion, line, what);
@@ -480,13 +492,8 @@ impl<'a> Interpreter<'a> {
                 self.fill_found(name, args);
             }
             _ if sets => {}
-            "connect" => {
-                if let Some(Expr::Text(trap)) = args.positional.first()
-                    && !self.file.traps.iter().any(|own| own.name.key == trap.to_lowercase())
-                {
-                    self.not_in_file(line, trap);
-                }
-            }
+            "connect" => self.connect(line, args),
+            "idelete" => self.disconnect(args),
             _ => {
                 // `WaitUntil\InPos` and its like: the arm has come to stand.
                 if key.starts_with("wait") && args.optional.iter().any(|(own, _)| own == "inpos") {
@@ -518,7 +525,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    fn note_what_is_left_out(&mut self, line: usize, name: &Name, args: &Args) {
+    fn note_what_is_left_out(&mut self, line: usize, name: &Name, args: &'a Args) {
         let changed = match name.key.as_str() {
             "softact" | "tuneservo" => Some("how stiff the drives hold the arm"),
             "speedlimaxis" | "speedlimcheckpoint" => Some("how fast the arm may be"),
@@ -540,7 +547,10 @@ impl<'a> Interpreter<'a> {
             true => {}
             // What it may set is the spindle.
             false if is_spindles(&name.shown) => self.forget_all_outputs(),
-            false => self.not_in_file(line, &name.shown),
+            false => {
+                self.not_in_file(line, &name.shown);
+                self.lose_arguments(name, args);
+            }
         }
     }
 

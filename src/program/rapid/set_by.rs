@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::interpreter::Interpreter;
 use super::outputs::references;
-use super::syntax::{Args, Expr, File, Name, Path, What};
+use super::syntax::{Args, Expr, File, Name, Path, Routine, What};
 use super::timed::SETS;
 use super::value::Value;
 use super::walk::{names_in, statements_in};
@@ -13,12 +13,20 @@ use crate::notes::Code;
 use crate::program::cell::{Given, Sets, all, set, set_by_name};
 use crate::program::{SetBy, Setter, Settings};
 
-/// The argument that a call sets something to.
-fn value_set<'a>(by: &SetBy, name: &Name, args: &'a Args) -> Option<&'a Expr> {
+/// The signal that an instruction names first.
+fn first(args: &Args) -> Option<&Name> {
+    match args.positional.first() {
+        Some(Expr::Ref(path)) => Some(&path.name),
+        _ => None,
+    }
+}
+
+/// The argument that a call sets something to; `own` is the signal that it names first.
+fn value_set<'a>(by: &SetBy, name: &Name, args: &'a Args, own: Option<&Name>) -> Option<&'a Expr> {
     match (&by.what, args.positional.as_slice()) {
-        (Setter::Signal(signal), [Expr::Ref(path), value, ..])
+        (Setter::Signal(_), [_, value, ..])
             if matches!(name.key.as_str(), "setao" | "setgo" | "setdo")
-                && path.name.key == signal.to_lowercase() =>
+                && is_of_signal(by, own) =>
         {
             Some(value)
         }
@@ -32,21 +40,21 @@ fn value_set<'a>(by: &SetBy, name: &Name, args: &'a Args) -> Option<&'a Expr> {
 }
 
 /// Whether an instruction has the signal of the job for its first argument.
-fn is_of_signal(by: &SetBy, args: &Args) -> bool {
-    match (&by.what, args.positional.first()) {
-        (Setter::Signal(signal), Some(Expr::Ref(path))) => path.name.key == signal.to_lowercase(),
+fn is_of_signal(by: &SetBy, own: Option<&Name>) -> bool {
+    match (&by.what, own) {
+        (Setter::Signal(signal), Some(own)) => own.key == signal.to_lowercase(),
         _ => false,
     }
 }
 
 /// What `Set` and `Reset` set a signal of the job to.
-fn switched(by: &SetBy, name: &Name, args: &Args) -> Option<f64> {
+fn switched(by: &SetBy, name: &Name, own: Option<&Name>) -> Option<f64> {
     let value = match name.key.as_str() {
         "set" => 1.0,
         "reset" => 0.0,
         _ => return None,
     };
-    is_of_signal(by, args).then_some(value)
+    is_of_signal(by, own).then_some(value)
 }
 
 /// Names in what the program gives to what sets something.
@@ -56,7 +64,7 @@ pub(super) fn given_on<'a>(file: &'a File, settings: &Settings) -> HashSet<&'a s
         let routines = file.procedures.values().chain(file.functions.values());
         for what in statements_in(routines.map(|routine| &routine.body)) {
             if let What::Call(name, args) = what
-                && let Some(value) = value_set(by, name, args)
+                && let Some(value) = value_set(by, name, args, first(args))
             {
                 found.extend(names_in(vec![value]).into_iter().map(|name| name.key.as_str()));
             }
@@ -121,13 +129,16 @@ impl<'a> Interpreter<'a> {
     pub(super) fn sets(&mut self, line: usize, name: &Name, args: &'a Args) -> bool {
         let settings = self.settings;
         let mut done = false;
+        let given = first(args);
+        let own = given.map(|given| self.signal_of(given));
         for (sets, by) in all(settings) {
-            let (value, switched) = (value_set(by, name, args), switched(by, name, args));
+            let (value, switched) = (value_set(by, name, args, own), switched(by, name, own));
             if value.is_none() && switched.is_none() {
-                self.doubt_pulse(line, (sets, by), name, args);
+                self.doubt_pulse(line, (sets, by), name, own);
                 continue;
             }
             done = true;
+            self.sets_by_argument(by, given);
             if let (Setter::Signal(signal), true) = (&by.what, self.is_late(args)) {
                 let what = format!(
                     "'{signal}' is set with \\SDelay, later than its instruction: the run decides \
@@ -154,8 +165,14 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Of instructions that switch the signal of the job, and of which it is not read to what.
-    fn doubt_pulse(&mut self, line: usize, (sets, by): (Sets, &SetBy), name: &Name, args: &Args) {
-        if !matches!(name.key.as_str(), "pulsedo" | "invertdo") || !is_of_signal(by, args) {
+    fn doubt_pulse(
+        &mut self,
+        line: usize,
+        (sets, by): (Sets, &SetBy),
+        name: &Name,
+        own: Option<&Name>,
+    ) {
+        if !matches!(name.key.as_str(), "pulsedo" | "invertdo") || !is_of_signal(by, own) {
             return;
         }
         let what = format!(
@@ -218,7 +235,30 @@ impl<'a> Interpreter<'a> {
 
     /// Whether a call would set something.
     pub(super) fn would_set(&self, name: &Name, args: &Args) -> bool {
-        let sets = |by| value_set(by, name, args).is_some() || switched(by, name, args).is_some();
+        let own = first(args).map(|given| self.signal_of(given));
+        let sets =
+            |by| value_set(by, name, args, own).is_some() || switched(by, name, own).is_some();
         all(self.settings).any(|(_, by)| sets(by))
+    }
+
+    /// Where the signal of the job is an argument of the routine, the line of the call that gives
+    /// it sets something, too.
+    fn sets_by_argument(&mut self, by: &SetBy, given: Option<&Name>) {
+        let datum = given.and_then(|own| self.frames.last()?.get(&own.key));
+        if let Some((signal, line)) = datum.and_then(|datum| datum.signal)
+            && is_of_signal(by, Some(signal))
+        {
+            self.log.sets(line);
+        }
+    }
+
+    /// Whether a call gives a procedure of the files the signal of the job.
+    pub(super) fn gives_signal(&self, routine: &Routine, args: &Args) -> bool {
+        let required = routine.parameters.iter().filter(|own| !own.optional);
+        let mut given = required.zip(&args.positional);
+        given.any(|(parameter, given)| {
+            parameter.kind.starts_with("signal")
+                && matches!(given, Expr::Ref(path) if self.would_assign(path))
+        })
     }
 }

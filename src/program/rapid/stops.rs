@@ -23,6 +23,12 @@ impl<'a> Interpreter<'a> {
         // The first of all moves goes to where the path starts.
         self.runs_on = runs_on && self.log.has_moved();
         self.is_stopped &= runs_on;
+        (self.active_tool, self.active_unknown) = (None, false);
+        if self.is_held {
+            let what = "StopMove stands before this move, and no StartMove between them: the arm \
+                        stands still until something else starts it; it is read as if it moved";
+            self.log.warning(Code::MotionLeftOut, self.line, what);
+        }
     }
 
     /// The program waits until the arm stands.
@@ -37,11 +43,15 @@ impl<'a> Interpreter<'a> {
     /// Heeds what holds the arm on its way, or drops the rest of it.
     pub(super) fn heed_stop(&mut self, line: usize, name: &Name) {
         match name.key.as_str() {
-            "stopmove" => self.is_stopped |= !self.has_arrived,
-            "startmove" => self.is_stopped = false,
+            "stopmove" => {
+                self.is_stopped |= !self.has_arrived;
+                self.is_held = true;
+            }
+            "startmove" | "startmoveretry" => (self.is_stopped, self.is_held) = (false, false),
             key if drops(key) => {
                 self.doubt_rest(line, &name.shown);
                 self.is_stopped &= key != "stopmovereset";
+                self.is_held &= key != "stopmovereset";
                 self.runs_on &= key != "clearpath";
             }
             _ => {}
@@ -50,8 +60,14 @@ impl<'a> Interpreter<'a> {
 
     /// The same of blocks of which only the run knows whether they run.
     pub(super) fn heed_open(&mut self, line: usize, blocks: &[&'a Block]) {
-        for (name, args) in calls_in(self.file, blocks) {
+        let calls = calls_in(self.file, blocks);
+        let has = |wanted: &str| calls.iter().any(|(name, _)| name.key == wanted);
+        let starts = ["startmove", "startmoveretry", "stopmovereset"].into_iter().any(has);
+        self.is_held |= has("stopmove") && !starts;
+        for (name, args) in calls {
             match name.key.as_str() {
+                "connect" => self.connect(line, args),
+                "setsysdata" => self.lose_active(args),
                 key if drops(key) => self.doubt_rest(line, &name.shown),
                 "deactunit" => self.switch_off(args, false),
                 _ => {}

@@ -3,23 +3,22 @@
 
 use std::collections::HashSet;
 
-use super::filled::filled;
 use super::instructions::{displaces, is_ignored, is_own_function, motion, sounds_like_motion};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Block, Expr, Name, Optional, Parameter, Routine, Trap, What};
+use super::sets::{CHANGE, set_within};
+use super::syntax::{Args, Block, Expr, Name, Trap, What};
+use super::timed::SETS;
 use super::value::Value;
-use super::walk::{blocks_in, functions_in, names_in, statements_in};
+use super::walk::{blocks_in, calls_in, functions_in};
 use crate::notes::Code;
 
 /// Instructions that traps use and that neither move nor change later motion.
-const QUIET: [&str; 12] = [
+const QUIET: [&str; 10] = [
     "gettrapdata",
     "readerrdata",
     "ierror",
     "ipers",
     "ivarvalue",
-    "exit",
-    "raise",
     "trynext",
     "retry",
     "mechunitload",
@@ -32,7 +31,6 @@ impl<'a> Interpreter<'a> {
         for trap in &self.file.traps {
             let line = if trap.file.is_none() { trap.line } else { 1 };
             self.doubt_open(line, &[&trap.body]);
-            self.keep_open(trap);
             let Some(unread) = self.unread(&trap.body) else { continue };
             let what = format!("a TRAP {unread} when its interrupt comes: this is not read");
             match &trap.file {
@@ -45,50 +43,91 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// What a trap sets, itself or by what it calls, may have its value at any time.
-    fn keep_open(&mut self, trap: &'a Trap) {
-        let mut seen: HashSet<&str> = HashSet::new();
-        let mut open: Vec<(&'a Block, &'a [Parameter])> = vec![(&trap.body, &[])];
-        while let Some((body, parameters)) = open.pop() {
-            let statements = || statements_in(std::iter::once(body));
-            let own: HashSet<&str> = statements()
-                .filter_map(|what| match what {
-                    What::Declare(declaration) => Some(&declaration.name),
-                    _ => None,
-                })
-                .chain(parameters.iter().map(|parameter| &parameter.name))
-                .map(|name| name.key.as_str())
-                .collect();
-            for what in statements() {
-                let mut set: Vec<&'a Name> = Vec::new();
-                match what {
-                    What::Assign(path, _) => set.push(&path.name),
-                    What::Call(name, args) => {
-                        if let Some(routine) = self.file.procedures.get(&name.key) {
-                            set.extend(reached(routine, args));
-                            if seen.insert(&name.key) {
-                                open.push((&routine.body, &routine.parameters));
-                            }
-                        } else if matches!(name.key.as_str(), "incr" | "decr" | "add" | "clear") {
-                            set.extend(names_in(args.positional.iter().take(1).collect()));
-                        }
-                        set.extend(filled(name, args).into_iter().map(|path| &path.name));
+    /// `CONNECT i1 WITH tr;`: from here on the trap may run.
+    pub(super) fn connect(&mut self, line: usize, args: &'a Args) {
+        let Some(Expr::Text(shown)) = args.positional.first() else { return };
+        let (file, key) = (self.file, shown.to_lowercase());
+        let is_it = |own: &&'a Trap| own.name.shown.to_lowercase() == key;
+        let traps: Vec<&'a Trap> = file.traps.iter().filter(is_it).collect();
+        if traps.is_empty() {
+            self.not_in_file(line, shown);
+        }
+        let interrupt = self.interrupt(args.optional_value("interrupt"));
+        for trap in traps {
+            self.keep_open(trap);
+            let is_new =
+                |(own, of): &(Option<&str>, &Trap)| *own != interrupt || !std::ptr::eq(*of, trap);
+            if self.connected.iter().all(is_new) {
+                self.connected.push((interrupt, trap));
+                // Traps that it connects may run from then on, too.
+                for (name, args) in calls_in(file, &[&trap.body]) {
+                    if name.key == "connect" {
+                        self.connect(line, args);
                     }
-                    _ => {}
-                }
-                for (name, args) in functions_in(what) {
-                    if let Some(routine) = self.file.functions.get(&name.key) {
-                        set.extend(reached(routine, args));
-                        if seen.insert(&name.key) {
-                            open.push((&routine.body, &routine.parameters));
-                        }
-                    }
-                    set.extend(filled(name, args).into_iter().map(|path| &path.name));
-                }
-                for name in set.into_iter().filter(|name| !own.contains(name.key.as_str())) {
-                    self.trap(name);
                 }
             }
+        }
+    }
+
+    /// `IDelete i1;`: what the trap has set keeps the value that it has, which is not known.
+    pub(super) fn disconnect(&mut self, args: &'a Args) {
+        let interrupt = self.interrupt(args.positional.first());
+        let all = std::mem::take(&mut self.connected).into_iter();
+        let (gone, left): (Vec<_>, Vec<_>) =
+            all.partition(|(own, _)| own.is_some() && *own == interrupt);
+        for (_, trap) in &gone {
+            for name in set_within(self.file, &trap.body) {
+                if let Some(value) = self.trapped.remove(name.key.as_str()) {
+                    self.forget(name, &value);
+                }
+            }
+        }
+        // What others set, too.
+        left.iter().for_each(|(_, trap)| self.keep_open(trap));
+        self.connected = left;
+    }
+
+    /// The name of an interrupt, where no other has it.
+    fn interrupt(&self, expr: Option<&'a Expr>) -> Option<&'a str> {
+        let Some(Expr::Ref(path)) = expr else { return None };
+        let key = path.name.key.as_str();
+        let is_local = self.frames.last().is_some_and(|frame| frame.contains_key(key));
+        let is_its = path.is_whole() && !is_local && self.file.data.contains_key(key);
+        is_its.then_some(key)
+    }
+
+    /// What a trap sets, itself or by what it calls, may have its value at any time.
+    fn keep_open(&mut self, trap: &'a Trap) {
+        for name in set_within(self.file, &trap.body) {
+            self.trap(name);
+        }
+    }
+
+    /// The program itself has set the datum, and nothing takes time in between; but the interrupt
+    /// may come.
+    pub(super) fn doubt_trapped(&mut self, key: &str, name: &Name, value: &Value) {
+        let is_known = !matches!(value, Value::Unknown(_));
+        if is_known && self.is_set_anew(key) && self.of_motion().contains(key) {
+            let what = format!(
+                "a TRAP sets '{}' when its interrupt comes: the value that the program itself has \
+                 set before is taken",
+                name.shown
+            );
+            self.log.warning(Code::MotionLeftOut, self.line, what);
+        }
+    }
+
+    /// Whether the program itself has just set what a trap sets.
+    pub(super) fn is_set_anew(&self, key: &str) -> bool {
+        matches!(self.trapped.get(key), Some(Value::Unknown(_))) && self.set_anew.contains(key)
+    }
+
+    /// Behind a statement that may take time the value that a trap sets is not known any longer.
+    pub(super) fn pass_time(&mut self, key: &str) {
+        const AT_ONCE: [&str; 5] = ["confj", "confl", "setsysdata", "tperase", "tpwrite"];
+        let is_quick = CHANGE.contains(&key) || SETS.contains(&key) || AT_ONCE.contains(&key);
+        if !self.set_anew.is_empty() && !is_quick && !self.file.procedures.contains_key(key) {
+            self.set_anew.clear();
         }
     }
 
@@ -105,6 +144,7 @@ impl<'a> Interpreter<'a> {
         if !self.file.data.contains_key(&name.key) && matches!(value, Value::Unknown(_)) {
             self.assigned.insert(&name.key, value.clone());
         }
+        self.set_anew.remove(name.key.as_str());
         self.trapped.insert(&name.key, value);
     }
 
@@ -134,7 +174,7 @@ impl<'a> Interpreter<'a> {
                         }
                     } else if motion(key).is_some() || sounds_like_motion(key) || displaces(key) {
                         return Some("moves the robot".to_owned());
-                    } else if matches!(key, "velset" | "speedrefresh" | "gripload") {
+                    } else if matches!(key, "velset" | "speedrefresh" | "gripload" | "setsysdata") {
                         return Some(format!("changes motion by {}", name.shown));
                     } else if let Some(ends) = ends(key) {
                         return Some(format!("{ends} by {}", name.shown));
@@ -161,22 +201,8 @@ fn ends(key: &str) -> Option<&'static str> {
     match key {
         "clearpath" | "stopmovereset" => Some("drops the rest of the path"),
         "exitcycle" => Some("starts the program again"),
+        "exit" => Some("ends the program"),
+        "raise" => Some("leaves the move under way with an error"),
         _ => None,
     }
-}
-
-/// The data that a call gives to parameters by which they may be set.
-fn reached<'a>(routine: &'a Routine, args: &'a Args) -> Vec<&'a Name> {
-    let of = |optional: bool| routine.parameters.iter().filter(move |p| p.optional == optional);
-    let positional = of(false).zip(&args.positional);
-    let named = args.optional.iter().filter_map(|(name, value)| match value {
-        Optional::Value(expr) => Some((of(true).find(|own| own.name.key == *name)?, expr)),
-        _ => None,
-    });
-    let both = positional.chain(named).filter(|(parameter, _)| parameter.by_reference);
-    both.filter_map(|(_, expr)| match expr {
-        Expr::Ref(path) => Some(&path.name),
-        _ => None,
-    })
-    .collect()
 }

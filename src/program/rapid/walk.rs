@@ -2,8 +2,10 @@
 
 use std::collections::HashSet;
 
-use super::instructions::{ToolAt, motion};
-use super::syntax::{Args, Block, Expr, File, Name, Optional, Routine, Step, What};
+use super::instructions::{ToolAt, may_be_set, motion};
+use super::syntax::{
+    Args, Block, Declaration, Expr, File, Name, Optional, Path, Routine, Step, What,
+};
 
 /// The blocks of a statement.
 pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
@@ -31,12 +33,16 @@ pub(super) fn statements_in<'a>(
     })
 }
 
-/// What is called in blocks, and in the procedures of the files that they call, and is in no file.
+/// What is called in blocks, and in what of the files they call, and is in no file.
 pub(super) fn calls_in<'a>(file: &'a File, blocks: &[&'a Block]) -> Vec<(&'a Name, &'a Args)> {
     let mut seen: HashSet<&str> = HashSet::new();
     let (mut open, mut found) = (blocks.to_vec(), Vec::new());
     while let Some(block) = open.pop() {
         for what in statements_in(std::iter::once(block)) {
+            for (name, _) in functions_in(what) {
+                let own = file.functions.get(&name.key).filter(|_| seen.insert(&name.key));
+                open.extend(own.map(|routine| &routine.body));
+            }
             let What::Call(name, args) = what else { continue };
             match file.procedures.get(&name.key) {
                 Some(routine) if seen.insert(&name.key) => open.push(&routine.body),
@@ -220,6 +226,23 @@ pub(super) fn expressions_in(what: &What) -> Vec<&Expr> {
         _ => {}
     }
     open
+}
+
+/// Whether a call may set a datum of the module.
+pub(super) fn is_settable(data: &Declaration) -> bool {
+    !data.is_constant && may_be_set(&data.kind)
+}
+
+/// Data, and parts of them, that a call is given as they are.
+pub(super) fn given(args: &Args) -> impl Iterator<Item = &Path> {
+    let optional = args.optional.iter().filter_map(|(_, value)| match value {
+        Optional::Value(expr) => Some(expr),
+        _ => None,
+    });
+    args.positional.iter().chain(optional).filter_map(|expr| match expr {
+        Expr::Ref(path) => Some(&**path),
+        _ => None,
+    })
 }
 
 /// Functions that the expressions of a statement call, with what they are given, its blocks aside.

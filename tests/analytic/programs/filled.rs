@@ -197,6 +197,83 @@ fn what_traps_set_is_known_only_at_run_time() {
     assert_eq!(of("VAR num n;\nn:=2;", "n=2", &[]).unwrap().moves.len(), 2);
 }
 
+/// Without CONNECT a trap never runs; behind it what the program itself sets right before its use
+/// is a doubt, and behind IDelete it is its own again.
+#[test]
+fn a_trap_sets_data_from_its_connect_on() {
+    let of = |body: &str| {
+        let text = format!(
+            "MODULE M\nVAR intnum i1;\nVAR num n:=5;\nVAR robtarget q;\n\
+             CONST robtarget p0:=[[0,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+             PROC part()\n{body}\nENDPROC\nPROC start()\nCONNECT i1 WITH tr;\nENDPROC\n\
+             TRAP tr\nn:=9;\nq:=p0;\nENDTRAP\nENDMODULE\n"
+        );
+        let job = Settings { procedure: Some("part".to_owned()), ..settings() };
+        read(text.as_bytes(), Dialect::Rapid, &job)
+    };
+    const START: &str = "MoveL p0,v100,fine,tool0;";
+    const BY_N: &str = "MoveL Offs(p0,n,0,0),v100,fine,tool0;";
+    const BY_Q: &str = "q:=Offs(p0,7,0,0);\nMoveL q,v100,fine,tool0;";
+    for (body, x, doubts) in [
+        (format!("{START}\n{BY_N}"), 5.0, vec![]),
+        (format!("{START}\n{BY_Q}"), 7.0, vec![]),
+        (format!("start;\n{START}\n{BY_Q}"), 7.0, vec![10]),
+        (format!("start;\n{START}\nn:=3;\nSetDO do1,1;\n{BY_N}"), 3.0, vec![11]),
+        (format!("IF DInput(d)=1 start;\n{START}\nn:=3;\n{BY_N}"), 3.0, vec![10]),
+        (format!("start;\nIDelete i1;\nn:=3;\n{START}\n{BY_N}"), 3.0, vec![]),
+    ] {
+        let found = of(&body).unwrap_or_else(|found| panic!("{body}: {found:?}"));
+        let end = super::support::end(&found.moves[1]).1.translation.x * 1e3;
+        assert_eq!(end.round(), x, "{body}");
+        let told = found.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+        assert_eq!(told.map(super::support::at).collect::<Vec<_>>(), doubts, "{body}");
+    }
+    for body in [
+        format!("start;\n{START}\n{BY_N}"),
+        // The interrupt may come on the move before.
+        format!("start;\nn:=3;\n{START}\n{BY_N}"),
+        format!("IF DInput(d)=1 start;\n{START}\n{BY_N}"),
+        format!("start;\nIDelete i1;\n{START}\n{BY_N}"),
+    ] {
+        let found = of(&body).expect_err(&body);
+        assert!(found[0].what.contains("a TRAP sets it"), "{body}: {found:?}");
+    }
+}
+
+/// Technical reference manual: what these write is not what the program has set before; LoadId
+/// moves the axes until it has the load.
+#[test]
+fn what_services_write_is_known_only_at_run_time() {
+    const BRANCH: &str = "IF n=2 THEN MoveL Offs(p0,0,200,0),v20,fine,t; ENDIF";
+    for (fills, of) in [
+        ("IVarValue \"dev\",1,n,i1;", "IVarValue"),
+        ("GetJointData ROB_1,1\\Position:=n;", "GetJointData"),
+        ("FricIdEvaluate n;", "FricIdEvaluate"),
+        ("SetDataVal \"n\",5;", "SetDataVal"),
+        ("late:=ParIdPosValid(1,n);", "ParIdPosValid"),
+        ("Elsewhere n;", "Elsewhere, which is in no file that is read, may set"),
+    ] {
+        let faults = rapid(&format!("{fills}\n{BRANCH}"), &[]).unwrap_err().join("\n");
+        assert!(faults.contains("at run time") && faults.contains(of), "{fills}: {faults}");
+    }
+    // A constant, and what is only read.
+    for reads in ["Elsewhere p0.trans.x;", "IPers n,i1;", "WriteVar dev,1,n;"] {
+        let found = rapid(&format!("{reads}\n{BRANCH}"), &[]);
+        assert_eq!(found.unwrap().moves.len(), 2, "{reads}");
+    }
+    let found = rapid("LoadId 1,1,t;", &[]).unwrap();
+    let told: Vec<_> = found
+        .warnings
+        .iter()
+        .filter(|note| note.what.contains("LoadId"))
+        .map(|note| (note.code, super::support::at(note)))
+        .collect();
+    assert_eq!(told, [(Code::MotionLeftOut, 11), (Code::ChangeIgnored, 12)]);
+    assert!(found.moves[1].stated.load.is_none() && found.moves[0].stated.load.is_some());
+    let found = rapid("IF DInput(di2)=1 LoadId 1,1,t;", &[]).unwrap_err().join("\n");
+    assert!(found.contains("IF decides about motion at run time"), "{found}");
+}
+
 /// A speed with a sign turns the spindle the other way round.
 #[test]
 fn a_spindle_that_turns_the_other_way_has_its_speed() {

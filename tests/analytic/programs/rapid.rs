@@ -204,6 +204,90 @@ fn an_endless_loop_is_read_once_and_told() {
     assert_eq!(at(&program.warnings[0]), 5);
 }
 
+/// A condition that stays TRUE is no other than TRUE; what may change it is not left out.
+#[test]
+fn a_loop_whose_condition_stays_true_is_read_once() {
+    let of = |data: &str, condition: &str, more: &str| {
+        let body = format!(
+            "{data}\nMoveL p,v5,fine,tool0;\nWHILE {condition} DO\n\
+             MoveL Offs(p,9,0,0),v5,fine,tool0;\n{more}\nENDWHILE\nMoveL p,v5,fine,tool0;"
+        );
+        let text = module(&body).replace(
+            "ENDMODULE",
+            "PERS bool go:=TRUE;\nVAR bool on:=TRUE;\nPROC sets(INOUT bool b)\nb:=FALSE;\n\
+             ENDPROC\nPROC stops()\non:=FALSE;\nENDPROC\nENDMODULE",
+        );
+        read(text.as_bytes(), Dialect::Rapid, &settings())
+    };
+    for (data, condition) in [
+        ("VAR bool a:=TRUE;", "a=TRUE"),
+        ("VAR bool a:=TRUE;", "a"),
+        ("", "1=1"),
+        ("", "NOT FALSE"),
+        ("VAR num n:=1;", "n<2 AND on"),
+    ] {
+        let found = of(data, condition, "WaitTime 0;").unwrap();
+        assert_eq!(lines(&found), [5, 7], "{condition}");
+        let told: Vec<_> = found.warnings.iter().map(|note| (note.code, at(note))).collect();
+        assert_eq!(told, [(Code::MotionLeftOut, 6)], "{condition}: {:?}", found.warnings);
+    }
+    // What the loop, or what it calls, sets ends it.
+    for (data, condition, more) in [
+        ("VAR bool a:=TRUE;", "a=TRUE", "a:=FALSE;"),
+        ("VAR bool a:=TRUE;", "a=TRUE", "sets a;"),
+        ("", "on", "sets on;"),
+        ("", "on", "stops;"),
+        ("VAR num n:=1;", "n<2", "Incr n;"),
+    ] {
+        let found = of(data, condition, more).unwrap();
+        let is_endless = found.warnings.iter().any(|note| note.what.contains("an endless loop"));
+        assert_eq!((lines(&found), is_endless), (vec![5, 7, 10], false), "{more}");
+    }
+    // It may end where RETURN, another task or the run says.
+    let found = of("VAR num n:=1;", "TRUE=TRUE", "n:=n+1;\nIF n=3 RETURN;").unwrap();
+    assert_eq!(lines(&found), [5, 7, 7]);
+    let waits = module("WHILE go DO\nWaitTime 0;\nENDWHILE\nMoveL p,v5,fine,tool0;")
+        .replace("PROC main", "PERS bool go:=TRUE;\nPROC main");
+    let told = read(waits.as_bytes(), Dialect::Rapid, &settings()).unwrap_err();
+    assert!(told[0].what.contains("a loop without an end"), "{told:?}");
+}
+
+/// Technical reference manual: bit 1 is the lowest of a byte's 8 and of a dnum's 52.
+#[test]
+fn bits_are_set_cleared_and_asked_for() {
+    let ends = |statements: &str, x: &str| {
+        let body = format!(
+            "VAR byte b:=0;\nVAR dnum d:=0;\nMoveL p,v5,fine,tool0;\n{statements}\n\
+             MoveL Offs(p,{x},0,0),v5,fine,tool0;"
+        );
+        let found = read(module(&body).as_bytes(), Dialect::Rapid, &settings());
+        found.map(|found| (end(&found.moves[1]).1.translation.x * 1e3).round() - 100.0)
+    };
+    for (statements, x, expected) in [
+        ("BitSet b,1;\nBitSet b,3;", "b", 5.0),
+        ("b:=255;\nBitClear b,8;\nBitClear b,8;", "b", 127.0),
+        ("BitSet d,10;", "d", 512.0),
+        ("b:=12;", "BitAnd(b,10)", 8.0),
+        ("b:=12;", "BitOr(b,10)", 14.0),
+        ("b:=12;", "BitXOr(b,10)", 6.0),
+        ("b:=12;", "BitNeg(b)", 243.0),
+        ("b:=193;", "BitLSh(b,1)", 130.0),
+        ("b:=193;", "BitRSh(b,6)", 3.0),
+        ("d:=512;", "BitRShDnum(d,8)", 2.0),
+        ("b:=4;\nIF BitCheck(b,3) AND NOT BitCheck(b,2) d:=7;", "d", 7.0),
+    ] {
+        assert_eq!(ends(statements, x).unwrap(), expected, "{statements} {x}");
+    }
+    for (statements, x, said) in [
+        ("BitSet b,9;", "b", "bit 9 is none of 1 to 8"),
+        ("BitSet b,GInput(g);", "b", "known only at run time"),
+        ("b:=300;", "BitAnd(b,1)", "300 is no number of 8 bits"),
+    ] {
+        let told = ends(statements, x).expect_err(statements);
+        assert!(told[0].what.contains(said), "{statements}: {told:?}");
+    }
+}
+
 #[test]
 fn speeds_by_time_override_and_limit() {
     // 30 mm in 2 s; half of 100 mm/s; limited to 20 mm/s; a half circle of radius 10 mm in 1 s.

@@ -45,7 +45,7 @@ fn motion_that_is_not_understood_is_refused_with_its_line() {
         ("TEST 1\nCASE kElse: MoveL p,v5,fine,tool0;\nCASE 1:\nENDTEST", "TEST decides"),
         ("FOR i FROM 1 TO 2 STEP 0 DO\nENDFOR", "STEP is 0"),
         ("FOR i FROM 1 TO 1E12 DO\nENDFOR", "a loop without an end"),
-        ("WHILE 1<2 DO\nENDWHILE", "a loop without an end"),
+        ("WHILE reg1<1 DO reg1:=2*reg1; ENDWHILE", "a loop without an end"),
         ("VelSet 0,100;", "both positive"),
         ("main;", "nested too deep"),
         ("RAISE;", "outside an error handler"),

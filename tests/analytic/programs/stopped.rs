@@ -131,13 +131,87 @@ fn a_trap_that_stops_or_drops_the_path_is_a_doubt() {
         "StorePath;",
         "IF n>3 drop;",
         "StopMoveReset;",
+        // They end what is read as if it went on.
+        "EXIT;",
+        "IF n>3 RAISE 3;",
+        "SetSysData w;",
     ] {
         assert_eq!(told(of_trap), [(Code::MotionLeftOut, 12)], "{of_trap}");
     }
-    for of_trap in ["StopMove;\nStorePath;\nWaitTime 1;\nRestoPath;\nStartMove;", "EXIT;", "Stop;"]
-    {
+    for of_trap in ["StopMove;\nStorePath;\nWaitTime 1;\nRestoPath;\nStartMove;", "Stop;"] {
         assert_eq!(told(of_trap), [], "{of_trap}");
     }
+}
+
+/// Technical reference manual, StopMove: movement stays stopped until StartMove.
+#[test]
+fn an_arm_that_nothing_starts_again_is_a_doubt() {
+    let told =
+        |between: &str| doubts(&read_well(&format!("{START}\n{between}\n{BACK}"), "", &settings()));
+    assert_eq!(told("StopMove;"), [(Code::MotionLeftOut, 11)]);
+    assert_eq!(told("StopMove; WaitTime 1; IF DInput(di1)=1 StartMove;").len(), 1);
+    assert_eq!(told("IF DInput(di1)=1 StopMove;").len(), 1);
+    for between in [
+        "StopMove; WaitTime 1; StartMove;",
+        "StopMove; StopMoveReset;",
+        "IF DInput(di1)=1 THEN StopMove; WaitTime 1; StartMove; ENDIF",
+    ] {
+        assert_eq!(told(between), [], "{between}");
+    }
+}
+
+/// Technical reference manual, SetSysData: the tool or work object is the active one from there
+/// on, which CRobT and CPos take without arguments; moves name their own.
+#[test]
+fn what_set_sys_data_activates_counts_until_the_next_move() {
+    let more = "PERS wobjdata w1:=[FALSE,TRUE,\"\",[[50,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n\
+                PERS tooldata t1:=[TRUE,[[0,0,20],[1,0,0,0]],[2,[0,0,1],[1,0,0,0],0,0,0]];\n\
+                PERS loaddata l1:=[3,[0,0,1],[1,0,0,0],0,0,0];";
+    let end = |sets: &str| {
+        let body = format!("{GO}\n{sets}\nq:=CRobT();\nMoveL q,v100,fine,tool0;");
+        let found = read_well(&body, more, &settings());
+        let last = found.moves.last().unwrap();
+        let at = super::support::end(last).1.translation.vector * 1e3;
+        [at.x.round(), at.y.round(), at.z.round()]
+    };
+    assert_eq!(end(""), [100.0, 0.0, 0.0]);
+    assert_eq!(end("SetSysData w1;"), [50.0, 0.0, 0.0]);
+    assert_eq!(end("SetSysData t1;"), [100.0, 0.0, 20.0]);
+    assert_eq!(end("SetSysData t1; SetSysData w1;"), [50.0, 0.0, 20.0]);
+    assert_eq!(end(&format!("SetSysData w1;\n{GO}")), [100.0, 0.0, 0.0]);
+    for sets in ["SetSysData w;", "SetSysData t;", "IF DInput(di1)=1 SetSysData w1;"] {
+        let body = format!("{START}\n{sets}\nq:=CRobT();\nMoveL q,v100,fine,tool0;");
+        let found = run(&body, more, &settings()).expect_err(sets);
+        assert!(found[0].what.contains("SetSysData sets what is not known"), "{sets}: {found:?}");
+    }
+    // A load counts as that of GripLoad.
+    let body = format!("MoveL p,v100,fine,t1;\nSetSysData l1;\n{}", GO.replace("tool0", "t1"));
+    let found = read_well(&body, more, &settings());
+    assert_eq!(found.moves[1].stated.load.as_ref().unwrap().mass_kg, 5.0);
+}
+
+/// A signal that a procedure is given is the job's by another name.
+#[test]
+fn the_signal_of_the_job_is_followed_through_arguments() {
+    let more = "PROC speed(VAR signalao s,num v)\nSetAO s,v;\nENDPROC\n\
+                PROC outer(VAR signalao a)\nspeed a,150;\nENDPROC\n\
+                PROC option(\\VAR signalao s)\nSetAO s,90;\nENDPROC";
+    let by = by_signal("ao1", 10.0);
+    for (sets, rpm) in
+        [("speed ao1,150;", 1500.0), ("outer ao1;", 1500.0), ("option \\s:=ao1;", 900.0)]
+    {
+        let found = read_well(&format!("{START}\n{sets}\n{GO}"), more, &by);
+        let told: Vec<_> = found.spindle.iter().map(|it| it.spindle).collect();
+        assert_eq!(told, [Spindle::Turns(Some(rpm))], "{sets}");
+        assert_eq!(doubts(&found), [], "{sets}");
+    }
+    let found = read_well(&format!("{START}\nspeed ao2,5;\n{GO}"), more, &by);
+    assert_eq!((found.spindle.len(), doubts(&found)), (0, vec![]));
+    let found = run(&format!("{START}\nIF DInput(di1)=1 outer ao1;\n{GO}"), more, &by);
+    assert!(found.unwrap_err()[0].what.contains("IF decides about motion"));
+    // One that looks like the spindle's, and the job does not read.
+    let found = read_well(&format!("{START}\nspeed aoSpindle,9;\n{GO}"), more, &settings());
+    assert_eq!(doubts(&found).len(), 1);
 }
 
 /// Technical reference manual, MoveL \Conc: what follows is executed while the robot moves.
