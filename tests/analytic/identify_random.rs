@@ -137,6 +137,37 @@ fn gusts_are_no_decays() {
     }
 }
 
+/// The modes of a footbridge, of which the rate takes fifty samples a period: the correlations of a realisation at
+/// that rate end before one is over.
+#[test]
+fn slow_modes_of_a_fast_record_are_where_they_are() {
+    const RATE: f64 = 100.0;
+    let modes = [
+        TrueMode::new(1.88, 0.015, &[0.9, -0.2, 0.3, 1.0, 0.1, -0.9]),
+        TrueMode::new(2.42, 0.015, &[1.0, 0.2, 1.0, -0.1, 0.9, -0.1]),
+        TrueMode::new(2.69, 0.015, &[0.5, 1.0, 0.4, -0.6, -0.6, -0.7]),
+        TrueMode::new(21.0, 0.010, &[9.0, -20.0, 31.0, 12.0, -17.0, 25.0]),
+    ];
+    for seed in 0..6 {
+        let mut rng = seeded(70 + seed);
+        let clean = random_response(&modes, RATE, 120_000, &mut rng);
+        let responses = noisy(&clean, 0.1, &mut rng);
+        let found = identify_record(
+            &record(RATE, None, responses, Quantity::Displacement),
+            &asked(&[50.0]),
+        );
+        let listed: Vec<_> = found.modes.iter().filter(|mode| mode.suspicion.is_none()).collect();
+        let told: Vec<_> = listed.iter().map(|m| (m.frequency_hz, m.frequency_std_hz)).collect();
+        assert_eq!(listed.len(), 4, "seed {seed}: {told:?}");
+        for (mode, truth) in listed.iter().zip(&modes) {
+            let off = (mode.frequency_hz - truth.hz).abs();
+            assert!(off < 4.0 * mode.frequency_std_hz, "seed {seed}: {told:?}");
+            let off = (mode.damping_ratio - truth.ratio).abs();
+            assert!(off < 4.0 * mode.damping_std, "seed {seed}: {told:?} {}", mode.damping_ratio);
+        }
+    }
+}
+
 #[test]
 fn shapes_of_a_random_response_are_those_of_the_modes() {
     let found = measured(&modes(), 600.0, 0.05, 3);

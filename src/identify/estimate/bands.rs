@@ -2,9 +2,11 @@
 //! its modes, and a mode is known from the lines around it. Modes of other bands show as skirts:
 //! those near by as held poles, the others as a background that bends.
 
+use std::ops::Range;
+
 use super::Estimate;
 use super::block::{Block, Pole};
-use super::fit::strongest;
+use super::fit::{Noise, strongest};
 use super::peaks::divisions;
 
 /// Lines and starts from which on bands are worth it.
@@ -53,15 +55,40 @@ pub(super) fn divided(blocks: &[Block], starts: &[Pole]) -> Vec<Band> {
 }
 
 impl Band {
-    fn holds(&self, omega: f64) -> bool {
+    pub(super) fn holds(&self, omega: f64) -> bool {
         omega >= self.own[0] && omega < self.own[1]
+    }
+
+    /// All that lies so far to either side of a place, rad/s.
+    pub(super) fn about(omega: f64, reach: f64) -> Self {
+        let both = [omega - reach, omega + reach];
+        Self { own: both, seen: both }
+    }
+
+    fn lines(&self, block: &Block) -> Range<usize> {
+        let at = |limit: f64| block.omega.partition_point(|omega| *omega < limit);
+        at(self.seen[0])..at(self.seen[1])
+    }
+
+    /// Whether it sees less than this share of the lines of each block.
+    pub(super) fn sees_less(&self, share: f64, blocks: &[Block]) -> bool {
+        let own = |block: &Block| self.lines(block).len() as f64;
+        blocks.iter().all(|block| own(block) < share * block.omega.len() as f64)
+    }
+
+    /// The noise of the lines that it sees.
+    pub(super) fn cut_noise(&self, blocks: &[Block], noise: &Noise) -> Noise {
+        let of = |(block, own): (&Block, &Vec<Vec<f64>>)| {
+            let lines = self.lines(block);
+            own.iter().map(|own| own[lines.clone()].to_vec()).collect()
+        };
+        blocks.iter().zip(noise).map(of).collect()
     }
 
     /// The blocks within the lines that it sees; `None` where one has none there.
     pub(super) fn cut(&self, blocks: &[Block]) -> Option<Vec<Block>> {
         let of = |block: &Block| {
-            let at = |limit: f64| block.omega.partition_point(|omega| *omega < limit);
-            let lines = at(self.seen[0])..at(self.seen[1]);
+            let lines = self.lines(block);
             let cut = |values: &[f64]| values.get(lines.clone()).unwrap_or(&[]).to_vec();
             Block {
                 omega: block.omega[lines.clone()].to_vec(),

@@ -194,6 +194,14 @@ impl Block {
         matches!(self.origin, Origin::Responses { .. })
     }
 
+    /// From line to line, rad/s; 0 of one line alone.
+    pub(super) fn spacing(&self) -> f64 {
+        match self.omega[..] {
+            [first, second, ..] => second - first,
+            _ => 0.0,
+        }
+    }
+
     /// Highest line, rad/s.
     pub(in crate::identify) fn highest(&self) -> f64 {
         self.omega.last().copied().unwrap_or(1.0)

@@ -142,7 +142,7 @@ fn fitted_poles(blocks: &mut [Block], starts: &[Pole], most: usize) -> Option<Fi
 }
 
 /// Starts beyond which a record is not fitted as a whole: that costs their fourth power.
-const MOST_TOGETHER: usize = 48;
+const MOST_TOGETHER: usize = 16;
 
 /// The poles band by band: first each for itself, then with those of its neighbours held. `None`
 /// where a band cannot be fitted, or where a mode drifts, which takes all of the spectrum; where

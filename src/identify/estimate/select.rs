@@ -5,6 +5,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector, DVectorView};
 
+use super::bands::Band;
 use super::block::{Block, Pole};
 use super::drift;
 use super::fit::{COARSE, Fit, NORMAL, first_noise, matrix, rows, weights};
@@ -123,11 +124,7 @@ fn is_apart(blocks: &[Block], pole: &Pole, peak: &Pole) -> bool {
     const LINES: f64 = 3.0;
     /// Of the pole's decay rate.
     const WIDTHS: f64 = 2.0;
-    let line = |block: &Block| match block.omega[..] {
-        [first, second, ..] => second - first,
-        _ => 0.0,
-    };
-    let reach = LINES * blocks.iter().map(line).fold(0.0, f64::max);
+    let reach = LINES * blocks.iter().map(Block::spacing).fold(0.0, f64::max);
     (pole.omega() - peak.omega()).abs() > reach + WIDTHS * pole.lambda.re.abs()
 }
 
@@ -279,36 +276,73 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     let gains = linear_gains(blocks, fit, &candidates);
     let mut ranked: Vec<(f64, Pole)> = gains.into_iter().zip(candidates).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let before = fit.evaluation.sum_of_squares;
-    let mut best: Option<Fit> = None;
+    let mut best: Option<(f64, Vec<Pole>)> = None;
     for (_, pole) in distinct(ranked).into_iter().take(4) {
-        let mut poles = fit.poles.clone();
-        poles.push(pole);
-        if !has_room(blocks, &poles) {
+        if !has_room(blocks, &[&fit.poles[..], &[pole]].concat()) {
             return None;
         }
-        let Some(trial) = Fit::at(blocks, fit.noise.clone(), poles) else { continue };
-        let trial = trial.refined(blocks, COARSE);
+        let Some((gain, poles)) = tried(blocks, fit, pole) else { continue };
         // A tone that decays is a mode.
-        let is_mistaken =
-            trial.poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MAX_TONE_DAMPING);
-        let is_better = best
-            .as_ref()
-            .is_none_or(|best| trial.evaluation.sum_of_squares < best.evaluation.sum_of_squares);
-        let is_drift = trial.poles.last().is_some_and(&is_drift);
+        let is_mistaken = poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MAX_TONE_DAMPING);
+        let is_better = best.as_ref().is_none_or(|(most, _)| gain > *most);
+        let is_drift = poles.last().is_some_and(&is_drift);
         let is_lost = blocks.iter().any(Block::is_given)
-            && !(trial.poles.last().is_some_and(|last| is_from(last, &pole))
-                && trial.poles.iter().all(|pole| in_band(blocks, pole)));
+            && !(poles.last().is_some_and(|last| is_from(last, &pole))
+                && poles.iter().all(|pole| in_band(blocks, pole)));
         if is_better && !is_mistaken && !is_drift && !is_lost {
-            best = Some(trial);
+            best = Some((gain, poles));
         }
     }
     let required = required_gain(blocks);
-    let gain = |fit: &Fit| before - fit.evaluation.sum_of_squares;
     // Only what a coarse refinement brings near the gain is refined further.
-    let promising = best.filter(|best| gain(best) > 0.4 * required)?;
-    let best = promising.refined(blocks, NORMAL);
-    (gain(&best) > required).then_some(best)
+    let (_, poles) = best.filter(|(gain, _)| *gain > 0.4 * required)?;
+    let best = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, NORMAL);
+    let gain = fit.evaluation.sum_of_squares - best.evaluation.sum_of_squares;
+    (gain > required).then_some(best)
+}
+
+/// By how much a further pole lowers the sum of squares after a coarse refinement, with all poles
+/// then. Of many lines those about the pole are enough to tell.
+fn tried(blocks: &[Block], fit: &Fit, pole: Pole) -> Option<(f64, Vec<Pole>)> {
+    let gain = |without: &Fit, trial: &Fit| {
+        without.evaluation.sum_of_squares - trial.evaluation.sum_of_squares
+    };
+    let mut poles = fit.poles.clone();
+    poles.push(pole);
+    let Some((band, cut)) = about(blocks, fit, &pole) else {
+        let trial = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, COARSE);
+        return Some((gain(fit, &trial), trial.poles));
+    };
+    let noise = band.cut_noise(blocks, &fit.noise);
+    let own: Vec<usize> =
+        (0..fit.poles.len()).filter(|&at| band.holds(fit.poles[at].omega())).collect();
+    let mut near = band.own(&fit.poles);
+    near.extend(band.held(&fit.poles));
+    let without = Fit::at(&cut, noise.clone(), near.clone())?;
+    near.push(pole);
+    let trial = Fit::at(&cut, noise, near)?.refined(&cut, COARSE);
+    let moved = own
+        .into_iter()
+        .zip(&trial.poles)
+        .chain([fit.poles.len()].into_iter().zip(trial.poles.last()));
+    moved.for_each(|(at, pole)| poles[at] = *pole);
+    Some((gain(&without, &trial), poles))
+}
+
+/// The lines about a pole; `None` where that is most of them, and where all count: what an analyser
+/// made has errors that many share, and laws of drift hold for a whole record.
+fn about(blocks: &[Block], fit: &Fit, pole: &Pole) -> Option<(Band, Vec<Block>)> {
+    /// To either side.
+    const LINES: f64 = 60.0;
+    const WIDTHS: f64 = 12.0;
+    const SHARE: f64 = 0.5;
+    let drifts = |pole: &Pole| pole.parameters() > 1;
+    if blocks.iter().any(Block::is_given) || fit.poles.iter().any(drifts) {
+        return None;
+    }
+    let line = blocks.iter().map(Block::spacing).fold(0.0, f64::max);
+    let band = Band::about(pole.omega(), (LINES * line).max(WIDTHS * pole.lambda.re.abs()));
+    Some((band, band.cut(blocks)?)).filter(|_| band.sees_less(SHARE, blocks))
 }
 
 fn distinct(ranked: Vec<(f64, Pole)>) -> Vec<(f64, Pole)> {

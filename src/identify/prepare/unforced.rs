@@ -80,19 +80,32 @@ pub(super) fn free(
     Some(Prepared { nyquist_hz: Some(0.5 * rate_hz), ..prepared })
 }
 
-/// Responses at the rate that the band needs.
+/// Responses at the rate that the band needs, and at lower ones that its slow modes need.
 fn stationary(rate_hz: f64, band_hz: [f64; 2], responses: Vec<Vec<f64>>) -> Stationary {
     /// Samples per period of the highest frequency.
     const PER_PERIOD: f64 = 2.5;
+    /// A band reaches so far beyond the modes that count in it.
+    const BEYOND: f64 = 1.6;
+    /// A band as slow as that holds no more modes, relative to its highest frequency.
+    const NARROW: f64 = 4.0;
     let samples = responses.first().map_or(0, Vec::len);
     let spectra = responses.iter().map(|own| transform(&under_hann(own))).collect();
     let share = PER_PERIOD * band_hz[1] / rate_hz;
-    if share > 0.8 {
-        return Stationary { rate_hz, band_hz, responses, spectra };
+    let mut own = if share > 0.8 {
+        Stationary { rate_hz, band_hz, responses, spectra, below: None }
+    } else {
+        let count = (share * samples as f64).ceil() as usize;
+        let responses = responses.iter().map(|own| resampled(own, count)).collect();
+        let rate_hz = rate_hz * count as f64 / samples as f64;
+        Stationary { rate_hz, band_hz, responses, spectra, below: None }
+    };
+    let high_hz = BEYOND * own.slowest_hz();
+    let is_lower = high_hz < 0.5 * band_hz[1] && high_hz > NARROW * band_hz[0];
+    if is_lower && own.is_enough(PER_PERIOD * high_hz * own.duration_s()) {
+        let below = stationary(own.rate_hz, [band_hz[0], high_hz], own.responses.clone());
+        own.below = Some(Box::new(below));
     }
-    let count = (share * samples as f64).ceil() as usize;
-    let responses = responses.iter().map(|own| resampled(own, count)).collect();
-    Stationary { rate_hz: rate_hz * count as f64 / samples as f64, band_hz, responses, spectra }
+    own
 }
 
 fn under_hann(samples: &[f64]) -> Vec<f64> {

@@ -24,6 +24,11 @@ pub(super) struct Correlations {
 }
 
 impl Correlations {
+    /// How many samples so many block rows take.
+    pub(super) fn samples_for(rows: usize) -> usize {
+        MIN_STRETCHES * LENGTH_PER_LAG * 2 * rows
+    }
+
     /// Of responses of equal length and about equal size, their means taken off. `None` where the
     /// record is too short for so many block rows.
     pub(super) fn of(responses: &[Vec<f64>], rows: usize) -> Option<Self> {

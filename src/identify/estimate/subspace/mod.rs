@@ -54,6 +54,8 @@ pub(in crate::identify) struct Stationary {
     pub(in crate::identify) responses: Vec<Vec<f64>>,
     /// Of the responses under a Hann window.
     pub(in crate::identify) spectra: Vec<Vec<C64>>,
+    /// The same at a lower rate, for modes that are too slow for the lags.
+    pub(in crate::identify) below: Option<Box<Stationary>>,
 }
 
 /// What a random response gives.
@@ -71,11 +73,54 @@ impl Stationary {
     pub(in crate::identify) fn duration_s(&self) -> f64 {
         self.responses.first().map_or(0.0, |own| own.len() as f64 / self.rate_hz)
     }
+
+    /// Lowest frequency of which the block rows hold enough: slower modes come out biased, with
+    /// deviations that do not say so.
+    pub(in crate::identify) fn slowest_hz(&self) -> f64 {
+        const PERIODS: f64 = 3.0;
+        PERIODS * self.rate_hz / most_rows(self.responses.len()) as f64
+    }
+
+    /// Whether so many samples are enough for all block rows.
+    pub(in crate::identify) fn is_enough(&self, samples: f64) -> bool {
+        samples >= Correlations::samples_for(most_rows(self.responses.len())) as f64
+    }
+}
+
+fn most_rows(responses: usize) -> usize {
+    (MAX_SIZE / responses.max(1)).clamp(MIN_ROWS, MAX_ROWS)
 }
 
 /// The modes, and the poles of each order. `None` where the record is too short.
 pub(in crate::identify) fn of_random(stationary: &Stationary, highest: usize) -> Option<OfRandom> {
-    let Stationary { rate_hz, band_hz: [low_hz, high_hz], responses, spectra } = stationary;
+    let own = of_band(stationary, highest)?;
+    let below = stationary.below.as_ref().and_then(|below| of_random(below, highest));
+    let limit = rad_per_s_from_hz(stationary.slowest_hz());
+    Some(match below {
+        Some(below) => own.over(limit, below),
+        None => own,
+    })
+}
+
+impl OfRandom {
+    /// What lies above a limit, rad/s, with what another found below it.
+    fn over(mut self, limit: f64, below: Self) -> Self {
+        self.found.poles.retain(|own| own.pole.omega() >= limit);
+        self.hidden.retain(|own| *own >= limit);
+        let slow = |own: &PoleEstimate| own.pole.omega() < limit;
+        self.found.poles.splice(0..0, below.found.poles.into_iter().filter(slow));
+        self.hidden.splice(0..0, below.hidden.into_iter().filter(|own| *own < limit));
+        for (i, (_, own)) in self.by_order.iter_mut().enumerate() {
+            let slow = below.by_order.get(i).map_or(&[][..], |(_, poles)| poles);
+            own.retain(|pole| pole.omega() >= limit);
+            own.extend(slow.iter().filter(|pole| pole.omega() < limit));
+        }
+        self
+    }
+}
+
+fn of_band(stationary: &Stationary, highest: usize) -> Option<OfRandom> {
+    let Stationary { rate_hz, band_hz: [low_hz, high_hz], responses, spectra, .. } = stationary;
     // Responses count alike, whatever their units.
     let sizes: Vec<f64> =
         responses.iter().map(|r| rms(r.iter().copied()).max(f64::MIN_POSITIVE)).collect();
@@ -85,8 +130,7 @@ pub(in crate::identify) fn of_random(stationary: &Stationary, highest: usize) ->
         .map(|(r, size)| r.iter().map(|y| y / size).collect())
         .collect();
     let samples = responses.first()?.len();
-    let most = (MAX_SIZE / responses.len().max(1)).clamp(MIN_ROWS, MAX_ROWS);
-    let correlations = (MIN_ROWS..=most)
+    let correlations = (MIN_ROWS..=most_rows(responses.len()))
         .rev()
         .step_by(4)
         .find_map(|rows| Correlations::of(&scaled, rows))
