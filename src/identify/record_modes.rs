@@ -393,13 +393,15 @@ fn fitted_in(
         let mut prepared = prepared?;
         identified.kind = prepared.kind;
         if let Some(stationary) = &prepared.stationary {
-            let Some(OfRandom { found, by_order, hidden }) = of_random(stationary, highest) else {
+            let Some(OfRandom { found, by_order, hidden, slow }) = of_random(stationary, highest)
+            else {
                 let what = "the response goes on, as under a random force that was not measured, \
                             and is too short for its modes; record for at least ten minutes";
                 notes.warning(Code::ShortRecord, None, what);
                 return None;
             };
             warn_of_hidden(&hidden, notes);
+            warn_of_slow(&slow, notes);
             identified.stabilisation = stabilisation(&by_order);
             let all = Stretch { own: [0.0, f64::INFINITY], orders: by_order.len() };
             return Some((prepared, vec![all], found));
@@ -449,14 +451,29 @@ fn warn_of_hidden(hidden: &[f64], notes: &mut Notes) {
     if hidden.is_empty() {
         return;
     }
-    let hz: Vec<String> =
-        hidden.iter().map(|omega| format!("{:.3}", hz_from_rad_per_s(*omega))).collect();
     let what = format!(
         "poles at {} Hz do not stand out of the spectrum around them, as a mode would and noise \
          does not: left out; record for longer if you expect modes there",
-        hz.join(", ")
+        listed_hz(hidden)
     );
     notes.warning(Code::Unsettled, None, what);
+}
+
+/// Tells modes of a random response of which its correlations hold too little.
+fn warn_of_slow(slow: &[f64], notes: &mut Notes) {
+    if !slow.is_empty() {
+        let what = format!(
+            "the correlations hold fewer than three periods of the modes at {} Hz, whose standard \
+             deviations may be too small: record for longer",
+            listed_hz(slow)
+        );
+        notes.warning(Code::ShortRecord, None, what);
+    }
+}
+
+fn listed_hz(omegas: &[f64]) -> String {
+    let hz = omegas.iter().map(|omega| format!("{:.3}", hz_from_rad_per_s(*omega)));
+    hz.collect::<Vec<_>>().join(", ")
 }
 
 /// The next band for a hammer test: up to where the force has fallen, or half of the last.

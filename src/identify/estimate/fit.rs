@@ -9,7 +9,7 @@
 use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
-use super::block::{Block, C64, OF_SENSORS, Pole};
+use super::block::{Block, C64, Pole};
 use super::given_noise::{self, Left};
 use super::noise;
 use super::projection::{Projection, dot, products};
@@ -373,39 +373,18 @@ impl Fit {
         all
     }
 
-    /// The noise while poles are chosen: what stands out of it is signal. Of what a force drives no
-    /// linear model explains all: sensors and a structure that is not quite linear leave a share of
-    /// each line, which makes no modes.
-    pub(super) fn noise_of_choice(&self, blocks: &[Block]) -> Noise {
-        let mut noise =
-            self.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
-        for part in &self.evaluation.parts {
-            let block = &blocks[part.block];
-            if block.is_forced() {
-                let left = [self.left_by(part, &block.spectra[part.response])];
-                let shares = given_noise::variances(&left, OF_SENSORS);
-                let own = noise[part.block][part.response].iter_mut();
-                own.zip(shares.iter().flatten()).for_each(|(own, with)| *own = own.max(*with));
-            }
-        }
-        noise
-    }
-
     /// The noise of responses that an analyser made without a window, as the residual shows it.
     fn noise_without_window(&self, blocks: &[Block]) -> Noise {
-        /// Beyond it a fit is wrong rather than its data noisy.
-        const MOST_SHARE: f64 = 0.05;
-        let of = |at: usize| -> Vec<Left> {
-            let parts = self.evaluation.parts.iter().filter(|part| part.block == at);
-            parts.map(|part| self.left_by(part, &blocks[at].spectra[part.response])).collect()
+        let left = |part: &Part| {
+            let (powers, taken) = self.remaining(part);
+            let spectrum = &blocks[part.block].spectra[part.response];
+            let fitted = self.fitted(part, spectrum).iter().map(C64::norm_sqr).collect();
+            Left { powers, taken, fitted, strongest: strongest(spectrum) }
         };
-        (0..blocks.len()).map(|at| given_noise::variances(&of(at), MOST_SHARE)).collect()
-    }
-
-    fn left_by(&self, part: &Part, spectrum: &[C64]) -> Left {
-        let (powers, taken) = self.remaining(part);
-        let fitted = self.fitted(part, spectrum).iter().map(C64::norm_sqr).collect();
-        Left { powers, taken, fitted, strongest: strongest(spectrum) }
+        let of = |at: usize| -> Vec<Left> {
+            self.evaluation.parts.iter().filter(|part| part.block == at).map(left).collect()
+        };
+        (0..blocks.len()).map(|at| given_noise::variances(&of(at))).collect()
     }
 
     /// The fit on the lines of a spectrum.

@@ -1,8 +1,7 @@
-//! How noisy the lines of responses are to which errors come that grow with the response: to a
-//! level that changes slowly from line to line comes a share of each line, of sensors, of noise on
-//! the force and of a structure that is not quite linear. How large that is nobody says: the share
-//! is that of the largest likelihood of what a fit leaves, whose values are normal with these
-//! variances.
+//! How noisy the lines of responses are that an analyser made without a window: to a level that
+//! changes slowly from line to line comes a share of each line, of sensors and of noise on the
+//! force. How good these were nobody says: the share is that of the largest likelihood of what a
+//! fit leaves, whose values are normal with these variances.
 
 use super::noise;
 
@@ -18,10 +17,12 @@ pub(super) struct Left {
     pub(super) strongest: f64,
 }
 
-/// Variances by response and line, with a share of `most_share` at most.
-pub(super) fn variances(left: &[Left], most_share: f64) -> Vec<Vec<f64>> {
-    /// Least share of a line, as a deviation.
+/// Variances by response and line.
+pub(super) fn variances(left: &[Left]) -> Vec<Vec<f64>> {
+    /// Least and largest share of a line, as deviations: beyond it a fit is wrong rather than its
+    /// data noisy.
     const LEAST: f64 = 1e-5;
+    const MOST: f64 = 0.05;
     let levels: Vec<Vec<f64>> =
         left.iter().map(|own| noise::floor(&own.powers, own.strongest)).collect();
     let with = |share: f64| -> Vec<Vec<f64>> {
@@ -30,13 +31,13 @@ pub(super) fn variances(left: &[Left], most_share: f64) -> Vec<Vec<f64>> {
     let ln_likelihood = |variances: &[Vec<f64>]| -> f64 {
         left.iter().zip(variances).map(|(own, variances)| own.ln_likelihood(variances)).sum()
     };
-    let (mut share, mut best) = (most_share, with(most_share));
+    let (mut share, mut best) = (MOST, with(MOST));
     let mut most = ln_likelihood(&best);
     let mut factor: f64 = 8.0;
     while factor > 1.1 {
         let before = most;
         for near in [share / factor, share * factor] {
-            let near = near.clamp(LEAST, most_share);
+            let near = near.clamp(LEAST, MOST);
             let variances = with(near);
             let own = ln_likelihood(&variances);
             if own > most {

@@ -10,6 +10,7 @@ use super::block::{Block, Pole};
 use super::drift;
 use super::fit::{COARSE, Fit, NORMAL, first_noise, matrix, rows, weights};
 use super::impacts;
+use super::noise;
 use super::unexplained::reaches;
 use crate::statistics::chi_squared_bound;
 
@@ -19,7 +20,7 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole], most: usize) -> Opti
     let mut fit = supported(blocks, starts, most)
         .or_else(|| Fit::at(blocks, first_noise(blocks), Vec::new()))?;
     while fit.poles.len() < most {
-        let noise = fit.noise_of_choice(blocks);
+        let noise = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
         fit = Fit::at(blocks, noise, fit.poles.clone())?.refined(blocks, NORMAL);
         if let Some(corrected) = impacts::corrected(blocks, &fit) {

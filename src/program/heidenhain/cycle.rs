@@ -99,8 +99,8 @@ impl Reader<'_, '_> {
         self.shift = Vector3::zeros();
         let is_other = preset.is_none() || preset != self.preset;
         let has_moved = self.cutter.log.has_moved();
-        // Before, places may count from a preset that the program has chosen.
-        let counts = self.preset.is_some() && self.cutter.at.iter().any(Option::is_some);
+        // Before, places may count from another preset.
+        let counts = self.cutter.at.iter().any(Option::is_some);
         if !has_moved {
             self.preset = preset;
         }

@@ -14,14 +14,19 @@ const KNOWN: [&str; 7] = ["bitand", "bitcheck", "bitlsh", "bitneg", "bitor", "bi
 fn whole(value: f64, bits: u32) -> Result<u64, String> {
     let is_one = value >= 0.0 && value.fract() == 0.0 && value < 2_f64.powi(bits as i32);
     // Whole and below 2^52, checked above.
-    is_one.then_some(value as u64).ok_or_else(|| format!("{value} is no number of {bits} bits"))
+    is_one.then_some(value as u64).ok_or_else(|| {
+        let most = (1_u64 << bits) - 1;
+        format!("expected a whole number from 0 to {most}, found {value}")
+    })
 }
 
 /// A place or a number of places among so many bits.
 fn places(value: f64, bits: u32) -> Result<u32, String> {
     let is_one = (1.0..=f64::from(bits)).contains(&value) && value.fract() == 0.0;
     // Whole and at most 52, checked above.
-    is_one.then_some(value as u32).ok_or_else(|| format!("bit {value} is none of 1 to {bits}"))
+    is_one
+        .then_some(value as u32)
+        .ok_or_else(|| format!("expected a whole number from 1 to {bits}, found {value}"))
 }
 
 /// The value of a function of bits (lower case); `None` if there is no such function.

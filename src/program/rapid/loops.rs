@@ -116,7 +116,10 @@ impl<'a> Interpreter<'a> {
                     return Flow::Exit;
                 }
                 Ok(true) if self.another_pass(line) => match self.block(body) {
-                    Flow::Next => passes += 1,
+                    Flow::Next => {
+                        passes += 1;
+                        self.set_anew.clear();
+                    }
                     flow => return flow,
                 },
                 Ok(_) => return Flow::Next,
@@ -128,8 +131,8 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Whether a condition stays as it is: nothing in the loop, no trap and no other task sets what
-    /// it asks for; and nothing in the loop leaves it.
+    /// Whether a condition stays as it is: it asks for data of the program alone, which no statement
+    /// of the loop or of a trap sets, and no jump leaves the loop.
     fn is_endless(&self, condition: &'a Expr, body: &'a Block) -> bool {
         let ends = |key: &str| matches!(key, "exit" | "exitcycle" | "systemstopaction");
         let calls = all_of(vec![condition]).into_iter().any(|own| matches!(own, Expr::Call(_)));

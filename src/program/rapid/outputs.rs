@@ -169,12 +169,16 @@ impl<'a> Interpreter<'a> {
             return format!("function '{}' is not read", function.shown);
         }
         let head = format!("function '{}' is known only at run time", function.shown);
-        match args.positional.first() {
-            Some(Expr::Ref(signal))
+        let signal = match args.positional.first() {
+            Some(Expr::Ref(signal)) => Some(self.signal_of(&signal.name)),
+            _ => None,
+        };
+        match signal {
+            Some(signal)
                 if READ.contains(&function.key.as_str())
-                    && !self.forgotten.contains(&signal.name.key) =>
+                    && !self.forgotten.contains(&signal.key) =>
             {
-                let name = &signal.name.shown;
+                let name = &signal.shown;
                 format!("{head}; assume: {{\"{name}\": …}} in the job can give what {name} is")
             }
             _ => format!(

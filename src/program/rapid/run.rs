@@ -69,6 +69,7 @@ fn names_of(paths: Vec<&Path>) -> Vec<&Name> {
 impl<'a> Interpreter<'a> {
     pub(super) fn run(mut self, routine: &'a Routine, args: &'a Args) {
         self.warn_of_traps();
+        self.doubt_connected_elsewhere(routine);
         self.frames.push(HashMap::new());
         let flow = self.call_routine(routine, args);
         self.tell_who_moves(routine);
@@ -88,6 +89,7 @@ impl<'a> Interpreter<'a> {
                         What::Label(name) => name.key == label,
                         _ => false,
                     };
+                    self.set_anew.clear();
                     // A jump costs what the search for its label does.
                     self.budget = self.budget.saturating_sub(block.len() / STATEMENTS_A_STEP);
                     self.doubt_behind(statement, behind);
@@ -471,8 +473,8 @@ impl<'a> Interpreter<'a> {
                 let is_off = args.optional.iter().any(|(name, _)| name == "off");
                 self.monitors[usize::from(key == "confl")] = !is_off;
             }
-            "incr" | "decr" | "add" | "clear" => self.count(line, key, args),
             "bitset" | "bitclear" => self.change_bit(line, key, args),
+            _ if CHANGE.contains(&key) => self.count(line, key, args),
             "setsysdata" => self.set_sys_data(line, args),
             "loadid" => self.identify_load(line, args),
             _ if instructions::displaces(key) => {
@@ -546,7 +548,10 @@ impl<'a> Interpreter<'a> {
         match instructions::is_ignored(&name.key) {
             true => {}
             // What it may set is the spindle.
-            false if is_spindles(&name.shown) => self.forget_all_outputs(),
+            false if is_spindles(&name.shown) => {
+                self.forget_all_outputs();
+                self.lose_arguments(name, args);
+            }
             false => {
                 self.not_in_file(line, &name.shown);
                 self.lose_arguments(name, args);

@@ -61,9 +61,17 @@ impl<'a> Interpreter<'a> {
     /// The same of blocks of which only the run knows whether they run.
     pub(super) fn heed_open(&mut self, line: usize, blocks: &[&'a Block]) {
         let calls = calls_in(self.file, blocks);
-        let has = |wanted: &str| calls.iter().any(|(name, _)| name.key == wanted);
-        let starts = ["startmove", "startmoveretry", "stopmovereset"].into_iter().any(has);
-        self.is_held |= has("stopmove") && !starts;
+        // In a block the last one counts.
+        let holds = |block: &&'a Block| {
+            let calls = calls_in(self.file, &[block]);
+            let last = calls.iter().rev().find_map(|(name, _)| match name.key.as_str() {
+                "stopmove" => Some(true),
+                "startmove" | "startmoveretry" | "stopmovereset" => Some(false),
+                _ => None,
+            });
+            last == Some(true)
+        };
+        self.is_held |= blocks.iter().any(holds);
         for (name, args) in calls {
             match name.key.as_str() {
                 "connect" => self.connect(line, args),

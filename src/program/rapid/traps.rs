@@ -6,10 +6,10 @@ use std::collections::HashSet;
 use super::instructions::{displaces, is_ignored, is_own_function, motion, sounds_like_motion};
 use super::interpreter::Interpreter;
 use super::sets::{CHANGE, set_within};
-use super::syntax::{Args, Block, Expr, Name, Trap, What};
+use super::syntax::{Args, Block, Expr, Name, Routine, Trap, What};
 use super::timed::SETS;
 use super::value::Value;
-use super::walk::{blocks_in, calls_in, functions_in};
+use super::walk::{blocks_in, calls_in, functions_in, statements_in};
 use crate::notes::Code;
 
 /// Instructions that traps use and that neither move nor change later motion.
@@ -43,6 +43,42 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// Doubts what traps set whose CONNECT the procedure of the job does not lead to: `main`, the
+    /// procedure of an event or a handler may have run it before.
+    pub(super) fn doubt_connected_elsewhere(&mut self, entry: &'a Routine) {
+        let file = self.file;
+        let reached: Vec<&Args> = calls_in(file, &[&entry.body]).into_iter().map(|c| c.1).collect();
+        let routines = || file.procedures.values().chain(file.functions.values());
+        let elsewhere = |what: &'a What| match what {
+            What::Call(name, args) if name.key == "connect" => {
+                let is_own = reached.iter().any(|own| std::ptr::eq(*own, args));
+                trap_of(args).filter(|_| !is_own)
+            }
+            _ => None,
+        };
+        let mut names: HashSet<String> =
+            statements_in(routines().map(|own| &own.body)).filter_map(elsewhere).collect();
+        for words in routines().map(|own| &own.in_handlers) {
+            if words.contains("connect") {
+                names.extend(words.iter().cloned());
+            }
+        }
+        for trap in file.traps.iter().filter(|own| names.contains(&own.name.shown.to_lowercase())) {
+            let set = set_within(file, &trap.body);
+            let Some(name) = set.iter().find(|name| self.of_motion().contains(name.key.as_str()))
+            else {
+                continue;
+            };
+            let what = format!(
+                "TRAP {} sets '{}', and the procedure of the job does not lead to its CONNECT: the \
+                 program's own value is taken",
+                trap.name.shown, name.shown
+            );
+            let line = if trap.file.is_none() { trap.line } else { 1 };
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
+    }
+
     /// `CONNECT i1 WITH tr;`: from here on the trap may run.
     pub(super) fn connect(&mut self, line: usize, args: &'a Args) {
         let Some(Expr::Text(shown)) = args.positional.first() else { return };
@@ -59,12 +95,7 @@ impl<'a> Interpreter<'a> {
                 |(own, of): &(Option<&str>, &Trap)| *own != interrupt || !std::ptr::eq(*of, trap);
             if self.connected.iter().all(is_new) {
                 self.connected.push((interrupt, trap));
-                // Traps that it connects may run from then on, too.
-                for (name, args) in calls_in(file, &[&trap.body]) {
-                    if name.key == "connect" {
-                        self.connect(line, args);
-                    }
-                }
+                self.connect_within(trap);
             }
         }
     }
@@ -82,9 +113,21 @@ impl<'a> Interpreter<'a> {
                 }
             }
         }
-        // What others set, too.
-        left.iter().for_each(|(_, trap)| self.keep_open(trap));
-        self.connected = left;
+        // What others set, too, and what they may connect again.
+        self.connected = left.clone();
+        for (_, trap) in left {
+            self.keep_open(trap);
+            self.connect_within(trap);
+        }
+    }
+
+    /// Traps that a trap connects may run from then on, too.
+    fn connect_within(&mut self, trap: &'a Trap) {
+        for (name, args) in calls_in(self.file, &[&trap.body]) {
+            if name.key == "connect" {
+                self.connect(self.line, args);
+            }
+        }
     }
 
     /// The name of an interrupt, where no other has it.
@@ -203,6 +246,14 @@ fn ends(key: &str) -> Option<&'static str> {
         "exitcycle" => Some("starts the program again"),
         "exit" => Some("ends the program"),
         "raise" => Some("leaves the move under way with an error"),
+        _ => None,
+    }
+}
+
+/// The trap of a CONNECT, in lower case.
+fn trap_of(args: &Args) -> Option<String> {
+    match args.positional.first() {
+        Some(Expr::Text(shown)) => Some(shown.to_lowercase()),
         _ => None,
     }
 }

@@ -279,9 +279,9 @@ fn bits_are_set_cleared_and_asked_for() {
         assert_eq!(ends(statements, x).unwrap(), expected, "{statements} {x}");
     }
     for (statements, x, said) in [
-        ("BitSet b,9;", "b", "bit 9 is none of 1 to 8"),
+        ("BitSet b,9;", "b", "expected a whole number from 1 to 8, found 9"),
         ("BitSet b,GInput(g);", "b", "known only at run time"),
-        ("b:=300;", "BitAnd(b,1)", "300 is no number of 8 bits"),
+        ("b:=300;", "BitAnd(b,1)", "expected a whole number from 0 to 255, found 300"),
     ] {
         let told = ends(statements, x).expect_err(statements);
         assert!(told[0].what.contains(said), "{statements}: {told:?}");

@@ -66,6 +66,8 @@ pub(in crate::identify) struct OfRandom {
     pub(in crate::identify) by_order: PolesByOrder,
     /// Poles that keep their place but do not stand out of the spectrum, rad/s.
     pub(in crate::identify) hidden: Vec<f64>,
+    /// Modes of which the correlations hold too few periods, rad/s.
+    pub(in crate::identify) slow: Vec<f64>,
 }
 
 impl Stationary {
@@ -93,13 +95,15 @@ fn most_rows(responses: usize) -> usize {
 
 /// The modes, and the poles of each order. `None` where the record is too short.
 pub(in crate::identify) fn of_random(stationary: &Stationary, highest: usize) -> Option<OfRandom> {
-    let own = of_band(stationary, highest)?;
+    let mut own = of_band(stationary, highest)?;
     let below = stationary.below.as_ref().and_then(|below| of_random(below, highest));
     let limit = rad_per_s_from_hz(stationary.slowest_hz());
-    Some(match below {
-        Some(below) => own.over(limit, below),
-        None => own,
-    })
+    if let Some(below) = below {
+        return Some(own.over(limit, below));
+    }
+    let slow = own.found.poles.iter().map(|own| own.pole.omega());
+    own.slow = slow.filter(|omega| *omega < limit).collect();
+    Some(own)
 }
 
 impl OfRandom {
@@ -110,6 +114,7 @@ impl OfRandom {
         let slow = |own: &PoleEstimate| own.pole.omega() < limit;
         self.found.poles.splice(0..0, below.found.poles.into_iter().filter(slow));
         self.hidden.splice(0..0, below.hidden.into_iter().filter(|own| *own < limit));
+        self.slow = below.slow;
         for (i, (_, own)) in self.by_order.iter_mut().enumerate() {
             let slow = below.by_order.get(i).map_or(&[][..], |(_, poles)| poles);
             own.retain(|pole| pole.omega() >= limit);
@@ -169,7 +174,7 @@ fn of_band(stationary: &Stationary, highest: usize) -> Option<OfRandom> {
     let shown = |found: &Vec<Found>| found.iter().map(|found| Pole::new(found.lambda)).collect();
     let by_order = orders.iter().copied().zip(by_order.iter().map(shown)).collect();
     let found = Estimate { poles, fitted: Vec::new(), noise: Vec::new(), begins_moving: false };
-    Some(OfRandom { found, by_order, hidden })
+    Some(OfRandom { found, by_order, hidden, slow: Vec::new() })
 }
 
 fn estimate(found: &Found, sizes: &[f64]) -> PoleEstimate {
