@@ -61,15 +61,12 @@ impl<'a> Interpreter<'a> {
     /// The same of blocks of which only the run knows whether they run.
     pub(super) fn heed_open(&mut self, line: usize, blocks: &[&'a Block]) {
         let calls = calls_in(self.file, blocks);
-        // In a block the last one counts.
+        // A block that starts the arm does so behind its stop.
         let holds = |block: &&'a Block| {
             let calls = calls_in(self.file, &[block]);
-            let last = calls.iter().rev().find_map(|(name, _)| match name.key.as_str() {
-                "stopmove" => Some(true),
-                "startmove" | "startmoveretry" | "stopmovereset" => Some(false),
-                _ => None,
-            });
-            last == Some(true)
+            let has = |wanted: &str| calls.iter().any(|(name, _)| name.key == wanted);
+            has("stopmove")
+                && !["startmove", "startmoveretry", "stopmovereset"].into_iter().any(has)
         };
         self.is_held |= blocks.iter().any(holds);
         for (name, args) in calls {
