@@ -79,7 +79,8 @@ impl<'r> Reader<'r> {
         }
     }
 
-    /// Whether the job has a payload of its own, which is that of moves whose load no program states.
+    /// Whether the job has a payload of its own, which is that of moves whose load no program
+    /// states.
     pub(super) fn has_payload(&self) -> bool {
         matches!(self.raw.payload, Some(raw::Payload::Body(_)))
     }
