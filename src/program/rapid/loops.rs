@@ -131,8 +131,8 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Whether a condition stays as it is: it asks for data of the program alone, which no statement
-    /// of the loop or of a trap sets, and no jump leaves the loop.
+    /// Whether a condition stays as it is: it asks for data of the program alone, which nothing in
+    /// the loop or in a trap sets, and no jump leaves the loop.
     fn is_endless(&self, condition: &'a Expr, body: &'a Block) -> bool {
         let ends = |key: &str| matches!(key, "exit" | "exitcycle" | "systemstopaction");
         let calls = all_of(vec![condition]).into_iter().any(|own| matches!(own, Expr::Call(_)));
