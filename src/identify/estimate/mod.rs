@@ -109,24 +109,25 @@ pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole], most: usize) -> Op
             return found;
         }
     }
-    let mut fit = fitted_poles(blocks, starts, most)?;
+    let certain = |blocks: &mut [Block]| {
+        let fit = fitted_poles(blocks, starts, most)?;
+        determined(blocks, fit)
+    };
+    let mut fit = certain(blocks)?;
     let mut rival = Rival::of(blocks, &fit);
     if let Some(better) = rival.take_if(|rival| rival.gain > 0.0) {
         let before = std::mem::replace(&mut blocks[0].origin, better.origin);
-        match fitted_poles(blocks, starts, most) {
+        match certain(blocks) {
             Some(other) => fit = other,
             None => blocks[0].origin = before,
         }
         rival = Rival::of(blocks, &fit);
     }
     if let Some(rival) = &rival {
-        fit = rival.without_leakage(blocks, fit);
+        let sharper = rival.without_leakage(blocks, fit.clone());
+        fit = if sharper.covariance().is_some() { sharper } else { fit };
     }
-    let count = fit.poles.len();
-    let fit = determined(blocks, fit)?;
-    let doubt = rival
-        .filter(|_| fit.poles.len() == count)
-        .map(|rival| Doubt { share: share_of_rival(rival.gain), poles: rival.poles });
+    let doubt = rival.map(|rival| Doubt { share: share_of_rival(rival.gain), poles: rival.poles });
     report(blocks, &fit, doubt.as_ref())
 }
 
