@@ -128,6 +128,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) trapped: HashMap<&'a str, Value>,
     /// Those of them that the program itself has set, and nothing has taken time since.
     pub(super) set_anew: HashSet<&'a str>,
+    /// Data of the module that traps set which the program does not connect.
+    pub(super) elsewhere: HashSet<&'a str>,
     /// Traps that may run, with the names of their interrupts.
     pub(super) connected: Vec<(Option<&'a str>, &'a Trap)>,
     /// Whether the job's tcp and work object stand for data that no file declares, and not for
@@ -202,6 +204,7 @@ impl<'a> Interpreter<'a> {
             objects_of_job: HashSet::new(),
             trapped: HashMap::new(),
             set_anew: HashSet::new(),
+            elsewhere: HashSet::new(),
             connected: Vec::new(),
             stands_for: Named::default(),
             gripped: Ok(None),

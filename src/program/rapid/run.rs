@@ -69,7 +69,7 @@ fn names_of(paths: Vec<&Path>) -> Vec<&Name> {
 impl<'a> Interpreter<'a> {
     pub(super) fn run(mut self, routine: &'a Routine, args: &'a Args) {
         self.warn_of_traps();
-        self.doubt_connected_elsewhere(routine);
+        self.heed_connected_elsewhere(routine);
         self.frames.push(HashMap::new());
         let flow = self.call_routine(routine, args);
         self.tell_who_moves(routine);

@@ -43,39 +43,51 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Doubts what traps set whose CONNECT the procedure of the job does not lead to: `main`, the
-    /// procedure of an event or a handler may have run it before.
-    pub(super) fn doubt_connected_elsewhere(&mut self, entry: &'a Routine) {
+    /// What traps set whose CONNECT, or one of them, the procedure of the job does not lead to:
+    /// `main`, the procedure of an event, a handler or a module that is not read may have run it
+    /// before.
+    pub(super) fn heed_connected_elsewhere(&mut self, entry: &'a Routine) {
         let file = self.file;
-        let reached: Vec<&Args> = calls_in(file, &[&entry.body]).into_iter().map(|c| c.1).collect();
-        let routines = || file.procedures.values().chain(file.functions.values());
-        let elsewhere = |what: &'a What| match what {
-            What::Call(name, args) if name.key == "connect" => {
-                let is_own = reached.iter().any(|own| std::ptr::eq(*own, args));
-                trap_of(args).filter(|_| !is_own)
-            }
-            _ => None,
-        };
-        let mut names: HashSet<String> =
-            statements_in(routines().map(|own| &own.body)).filter_map(elsewhere).collect();
-        for words in routines().map(|own| &own.in_handlers) {
-            if words.contains("connect") {
-                names.extend(words.iter().cloned());
-            }
-        }
-        for trap in file.traps.iter().filter(|own| names.contains(&own.name.shown.to_lowercase())) {
-            let set = set_within(file, &trap.body);
-            let Some(name) = set.iter().find(|name| self.of_motion().contains(name.key.as_str()))
-            else {
-                continue;
+        let named =
+            |trap: &Trap, args: &Args| trap_of(args) == Some(trap.name.shown.to_lowercase());
+        let mut blocks = vec![&entry.body];
+        let mut known: Vec<&'a Trap> = Vec::new();
+        let reached: Vec<&'a Args> = loop {
+            let calls = calls_in(file, &blocks).into_iter();
+            let reached = calls.filter(|(name, _)| name.key == "connect").map(|(_, args)| args);
+            let reached: Vec<&'a Args> = reached.collect();
+            let is_new = |trap: &&'a Trap| {
+                let is_known = known.iter().any(|own| std::ptr::eq(*own, *trap));
+                !is_known && reached.iter().any(|args| named(trap, args))
             };
-            let what = format!(
-                "TRAP {} sets '{}', and the procedure of the job does not lead to its CONNECT: the \
-                 program's own value is taken",
-                trap.name.shown, name.shown
-            );
-            let line = if trap.file.is_none() { trap.line } else { 1 };
-            self.log.warning(Code::MotionLeftOut, line, what);
+            let new: Vec<&'a Trap> = file.traps.iter().filter(is_new).collect();
+            if new.is_empty() {
+                break reached;
+            }
+            blocks.extend(new.iter().map(|trap| &trap.body));
+            known.extend(new);
+        };
+        let routines = || file.procedures.values().chain(file.functions.values());
+        let elsewhere: Vec<&'a Args> = statements_in(routines().map(|own| &own.body))
+            .filter_map(|what| match what {
+                What::Call(name, args) if name.key == "connect" => Some(args),
+                _ => None,
+            })
+            .filter(|args| !reached.iter().any(|own| std::ptr::eq(*own, *args)))
+            .collect();
+        let in_handlers = |trap: &Trap| {
+            let key = trap.name.shown.to_lowercase();
+            let mut words = routines().map(|own| &own.in_handlers);
+            words.any(|words| words.contains("connect") && words.contains(&key))
+        };
+        for trap in &file.traps {
+            let is_sure = known.iter().any(|own| std::ptr::eq(*own, trap))
+                && !elsewhere.iter().any(|args| named(trap, args))
+                && !in_handlers(trap);
+            if !is_sure {
+                let set = set_within(file, &trap.body).into_iter();
+                self.elsewhere.extend(set.map(|name| name.key.as_str()));
+            }
         }
     }
 
@@ -146,18 +158,27 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// The program itself has set the datum, and nothing takes time in between; but the interrupt
-    /// may come.
+    /// The program itself has set the datum, and nothing takes time in between, or it leads to no
+    /// CONNECT of the trap; but the interrupt may come.
     pub(super) fn doubt_trapped(&mut self, key: &str, name: &Name, value: &Value) {
-        let is_known = !matches!(value, Value::Unknown(_));
-        if is_known && self.is_set_anew(key) && self.of_motion().contains(key) {
-            let what = format!(
-                "a TRAP sets '{}' when its interrupt comes: the value that the program itself has \
-                 set before is taken",
-                name.shown
-            );
-            self.log.warning(Code::MotionLeftOut, self.line, what);
+        if matches!(value, Value::Unknown(_)) || !self.of_motion().contains(key) {
+            return;
         }
+        let shown = &name.shown;
+        let what = if self.is_set_anew(key) {
+            format!(
+                "a TRAP sets '{shown}' when its interrupt comes: the value that the program itself \
+                 has set before is taken"
+            )
+        } else if self.elsewhere.contains(key) {
+            format!(
+                "a TRAP sets '{shown}', and the procedure of the job does not lead to its CONNECT: \
+                 the program's own value is taken"
+            )
+        } else {
+            return;
+        };
+        self.log.warning(Code::MotionLeftOut, self.line, what);
     }
 
     /// Whether the program itself has just set what a trap sets.

@@ -197,8 +197,8 @@ fn what_traps_set_is_known_only_at_run_time() {
     assert_eq!(of("VAR num n;\nn:=2;", "n=2", &[]).unwrap().moves.len(), 2);
 }
 
-/// Without CONNECT a trap never runs; behind it what the program itself sets right before its use
-/// is a doubt, and behind IDelete it is its own again.
+/// What a trap sets that the program does not connect is a doubt; behind CONNECT, what the program
+/// itself sets right before its use is one, and behind IDelete it is its own again.
 #[test]
 fn a_trap_sets_data_from_its_connect_on() {
     let of = |body: &str| {
@@ -216,8 +216,8 @@ fn a_trap_sets_data_from_its_connect_on() {
     const BY_Q: &str = "q:=Offs(p0,7,0,0);\nMoveL q,v100,fine,tool0;";
     for (body, x, doubts) in [
         // `start` may have run before.
-        (format!("{START}\n{BY_N}"), 5.0, vec![13]),
-        (format!("{START}\n{BY_Q}"), 7.0, vec![14]),
+        (format!("{START}\n{BY_N}"), 5.0, vec![8]),
+        (format!("{START}\n{BY_Q}"), 7.0, vec![9]),
         (format!("start;\n{START}\n{BY_Q}"), 7.0, vec![10]),
         (format!("start;\n{START}\nn:=3;\nSetDO do1,1;\n{BY_N}"), 3.0, vec![11]),
         (format!("IF DInput(d)=1 start;\n{START}\nn:=3;\n{BY_N}"), 3.0, vec![10]),
@@ -229,6 +229,13 @@ fn a_trap_sets_data_from_its_connect_on() {
         let told = found.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
         assert_eq!(told.map(super::support::at).collect::<Vec<_>>(), doubts, "{body}");
     }
+    // Nobody says that a trap which no file connects never runs.
+    let text = "MODULE M\nVAR num n:=5;\nCONST robtarget p0:=[[0,0,0],[0,0,1,0],[0,0,0,0],\
+                [9E9,9E9,9E9,9E9,9E9,9E9]];\nPROC main()\nMoveL p0,v100,fine,tool0;\n\
+                MoveL Offs(p0,n,0,0),v100,fine,tool0;\nENDPROC\nTRAP tr\nn:=9;\nENDTRAP\nENDMODULE\n";
+    let found = read(text.as_bytes(), Dialect::Rapid, &settings()).unwrap();
+    let told = found.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+    assert_eq!(told.map(super::support::at).collect::<Vec<_>>(), [6]);
     for body in [
         format!("start;\n{START}\n{BY_N}"),
         // The interrupt may come on the move before.
