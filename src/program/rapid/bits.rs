@@ -64,6 +64,7 @@ impl<'a> Interpreter<'a> {
     /// `BitSet b, 3;`, `BitClear b, 3;`.
     pub(super) fn change_bit(&mut self, line: usize, key: &str, args: &'a Args) {
         let Some(Expr::Ref(path)) = args.positional.first() else { return };
+        self.refuse_constant(line, path);
         self.doubt_assignment(line, path, None);
         let place = args.positional.get(1).map(|expr| self.eval(expr).num());
         let place = place.unwrap_or_else(|| Err("the bit is missing".to_owned()));

@@ -7,28 +7,7 @@ use super::syntax::{Args, Expr, Name, Optional, Routine};
 use super::value::Value;
 use crate::notes::Code;
 
-static NO_ARGS: Args = Args { positional: Vec::new(), optional: Vec::new() };
-
 impl<'a> Interpreter<'a> {
-    /// `MoveLSync p, v, z, tool, "prc";`: the procedure that runs where the move ends.
-    pub(super) fn synced(&mut self, line: usize, name: &Name, args: &'a Args) -> Flow {
-        let Some(Expr::Text(text)) = args.positional.last() else {
-            self.not_in_file(line, &format!("the procedure of {}", name.shown));
-            return Flow::Next;
-        };
-        // Its module may stand before it.
-        let own = text.rsplit(':').next().unwrap_or(text).trim();
-        let Some(routine) = self.file.procedures.get(&own.to_lowercase()) else {
-            self.not_in_file(line, own);
-            return Flow::Next;
-        };
-        self.doubt_procedure(line, routine);
-        match self.call_routine(routine, &NO_ARGS) {
-            Flow::Exit => Flow::Exit,
-            _ => Flow::Next,
-        }
-    }
-
     /// The signal that a call gives, and the line that names it.
     fn signal_given(&self, name: &'a Name) -> (&'a Name, usize) {
         let own = self.frames.last().and_then(|frame| frame.get(&name.key));
@@ -90,6 +69,8 @@ impl<'a> Interpreter<'a> {
             frame.insert(parameter.name.key.clone(), datum);
         }
         self.frames.push(frame);
+        let handles = usize::from(routine.in_handlers.contains("error"));
+        self.handlers += handles;
         let flow = match self.block(&routine.body) {
             Flow::Goto(label) => {
                 let what = format!("GOTO {label}: no block around it has this label");
@@ -98,6 +79,7 @@ impl<'a> Interpreter<'a> {
             }
             flow => flow,
         };
+        self.handlers -= handles;
         let frame = self.frames.pop().unwrap_or_default();
         for (path, key) in back {
             if let Some(datum) = frame.get(key) {

@@ -33,7 +33,7 @@ pub(super) enum Carrier {
 }
 
 /// A mechanical unit that `DeactUnit` has switched off.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct UnitOff {
     /// Its name in lower case.
     pub(super) key: String,

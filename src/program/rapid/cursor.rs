@@ -154,8 +154,25 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// Whether a number follows that runs into a word: `4THEN`.
+    pub(super) fn is_glued(&self) -> bool {
+        match self.peek() {
+            Some(Kind::Stray(text)) => {
+                let begins = text.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+                let head = text.get(..2).unwrap_or_default().to_lowercase();
+                let has_radix = matches!(head.as_str(), "0x" | "0b" | "0o");
+                begins && !has_radix && text.parse::<f64>().is_err()
+            }
+            _ => false,
+        }
+    }
+
     pub(super) fn expected(&self, what: &str) -> String {
         let found = match self.peek() {
+            Some(Kind::Stray(text)) if self.is_glued() => {
+                let start: String = text.chars().take(20).collect();
+                return format!("'{start}' is a number that runs into a word: put a space between");
+            }
             None => "the end of the file".to_owned(),
             Some(Kind::Word(word)) => format!("'{word}'"),
             Some(Kind::Number(number)) => format!("{number}"),

@@ -20,6 +20,7 @@ impl<'a> Interpreter<'a> {
         if start.name.key != "main" || !ends || !self.log.has_moved() || self.log.has_errors() {
             return;
         }
+        self.settle();
         let first = self.changed();
         let has_set = !self.outputs.is_empty()
             || self.over != 1.0

@@ -5,6 +5,7 @@ use super::constants::{predefined, stop_point};
 use super::functions::{self, Given};
 use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
+use super::outputs::WHOLE;
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
 use super::value::{
     Value, field, from_orientation, initial, initial_array, orientation, position, within_depth,
@@ -57,12 +58,27 @@ impl<'a> Interpreter<'a> {
                 ),
                 value => known(value.num().map(|x| Value::Num(-x))),
             },
-            Expr::Binary(operator, left, right) => {
-                let (left, right) = (self.eval(left), self.eval(right));
-                known(binary(*operator, &left, &right).and_then(functions::finite))
-            }
+            Expr::Binary(operator, left, right) => self.binary(*operator, left, right),
             Expr::TwoWays(ways) => self.either_way(ways),
         }
+    }
+
+    fn binary(&mut self, operator: Operator, left: &'a Expr, right: &'a Expr) -> Value {
+        let first = self.eval(left);
+        // Where the first side may decide alone, the second need not be worked out.
+        let is_guard = match operator {
+            Operator::And => first.bool() != Ok(true),
+            Operator::Or => first.bool() != Ok(false),
+            _ => false,
+        };
+        self.guarded += usize::from(is_guard);
+        let second = self.eval(right);
+        self.guarded -= usize::from(is_guard);
+        let divides = matches!(operator, Operator::Over | Operator::Div | Operator::Mod);
+        if divides && second == Value::Num(0.0) {
+            self.stops_at("division by zero", vec![right]);
+        }
+        known(binary(operator, &first, &second).and_then(functions::finite))
     }
 
     /// What both ways to read an expression say.
@@ -106,11 +122,16 @@ impl<'a> Interpreter<'a> {
                 let known = self.predefined_part(path);
                 let known = known.or_else(|| self.output(&path.name.key));
                 let known = known.or_else(|| self.assumed(&path.name.key));
+                self.doubt_late(&path.name.key, &path.name);
                 let own = || self.assigned.get(path.name.key.as_str()).cloned();
                 let known = known.or_else(|| own().filter(|_| path.is_whole()));
                 return known.unwrap_or(Value::unknown(why));
             }
         };
+        if scope == Scope::Module {
+            self.doubt_late(key, &path.name);
+        }
+        self.heed_end(scope, key, &way, path);
         let mut value = match self.root(scope, key) {
             Some(value) => value,
             None => return Value::unknown(undeclared(&path.name)),
@@ -145,6 +166,10 @@ impl<'a> Interpreter<'a> {
             self.lose_elements(path, why);
         }
         let Place { scope, key, way } = place?;
+        if scope == Scope::Module {
+            self.doubt_order(key, &path.name);
+        }
+        self.heed_end(scope, key, &way, path);
         let sizes = self.sizes(scope, key, &way, path);
         let is_anew = way.is_empty() && scope == Scope::Module && self.trapped.contains_key(key);
         let own_frames = self.own_frames();
@@ -292,6 +317,9 @@ impl<'a> Interpreter<'a> {
 
     fn index(&mut self, index: &'a Expr, of: &Name) -> Result<usize, String> {
         let number = self.eval(index).num()?;
+        if number < 1.0 && number.fract() == 0.0 {
+            self.stops_at(&format!("index {number} of '{}'", of.shown), vec![index]);
+        }
         if number >= 1.0 && number <= f64::from(u32::MAX) && number.fract() == 0.0 {
             // In 1..=u32::MAX and whole, checked above.
             Ok(number as usize - 1)
@@ -307,7 +335,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// What the program itself has set a datum to.
-    fn own_root(&self, scope: Scope, key: &str) -> Option<&Value> {
+    pub(super) fn own_root(&self, scope: Scope, key: &str) -> Option<&Value> {
         match scope {
             Scope::Routine => {
                 self.frames.last().and_then(|frame| frame.get(key)).map(|datum| &datum.value)
@@ -319,7 +347,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    fn work_out(&mut self, declaration: &'a Declaration) -> Result<(), String> {
+    pub(super) fn work_out(&mut self, declaration: &'a Declaration) -> Result<(), String> {
         let key = declaration.name.key.as_str();
         match self.globals.get(key).unwrap_or(&Global::NotYet) {
             Global::Known(_) => return Ok(()),
@@ -353,10 +381,16 @@ impl<'a> Interpreter<'a> {
                 };
                 known(within_depth(value, 0))
             }
-            (_, None) if declaration.is_persistent => Value::unknown(format!(
-                "'{}' is PERS without a value in this file: another task has it",
-                declaration.name.shown
-            )),
+            (key, None) if declaration.is_persistent => {
+                let part = self.part_assumed(key);
+                let vain = part.map(|part| format!(" ('{part}' has no effect: {WHOLE})"));
+                Value::unknown(format!(
+                    "'{}' is PERS without a value in this file: another task has it; \
+                     path.program.files in the job can name the module that gives it one{}",
+                    declaration.name.shown,
+                    vain.unwrap_or_default()
+                ))
+            }
             (_, None) => self.blank(declaration),
         }
     }
@@ -406,9 +440,15 @@ impl<'a> Interpreter<'a> {
             let value = match option {
                 Optional::Switch => Value::Bool(true),
                 Optional::Value(expr) => self.eval(expr),
-                Optional::IfPresent(parameter) => self
-                    .parameter(&parameter.key)
-                    .unwrap_or_else(|| Value::unknown(undeclared(parameter))),
+                Optional::IfPresent(parameter) => {
+                    let datum = self.frames.last().and_then(|frame| frame.get(&parameter.key));
+                    let own = datum.and_then(|own| own.stands_for.as_ref());
+                    if let Some(key) = own.map(|(key, _)| *key) {
+                        self.doubt_late(key, parameter);
+                    }
+                    let value = self.parameter(&parameter.key);
+                    value.unwrap_or_else(|| Value::unknown(undeclared(parameter)))
+                }
             };
             if value != Value::Absent {
                 options.push((name.clone(), value));
@@ -453,6 +493,9 @@ impl<'a> Interpreter<'a> {
             _ => {}
         }
         let positional: Vec<Value> = args.positional.iter().map(|arg| self.eval(arg)).collect();
+        if let Some(what) = functions::undefined(&name.key, &positional) {
+            self.stops_at(&format!("{}: {what}", name.shown), args.positional.iter().collect());
+        }
         let given = Given { positional: &positional, optional: &options };
         match functions::call(&name.key, &given) {
             Some(Ok(value)) => value,
@@ -501,7 +544,7 @@ fn undeclared(name: &Name) -> String {
     format!("'{}' is not declared in this file", name.shown)
 }
 
-fn beyond(name: &Name) -> String {
+pub(super) fn beyond(name: &Name) -> String {
     format!("an index of '{}' lies beyond its end", name.shown)
 }
 

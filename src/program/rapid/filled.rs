@@ -9,7 +9,7 @@ use super::walk::{given, is_settable, names_in};
 
 /// Instructions and functions that write into what they are given, and how many arguments stand
 /// before that.
-const FILL: [(&str, usize); 28] = [
+const FILL: [(&str, usize); 29] = [
     ("bookerrno", 0),
     ("calcrotaxframez", 3),
     ("calcrotaxisframe", 3),
@@ -32,6 +32,7 @@ const FILL: [(&str, usize); 28] = [
     ("rmqgetmsgdata", 0),
     ("socketaccept", 0),
     ("socketreceive", 0),
+    ("socketreceivefrom", 0),
     ("strtoval", 1),
     ("testandset", 0),
     ("tpreaddnum", 0),
@@ -42,6 +43,11 @@ const FILL: [(&str, usize); 28] = [
 
 /// Optional arguments that others write.
 const FILLED: [&str; 5] = ["timeflag", "valueattimeout", "breakflag", "result", "buttonres"];
+
+/// Whether an instruction writes into what it is given.
+pub(super) fn fills(key: &str) -> bool {
+    FILL.iter().any(|(own, _)| *own == key)
+}
 
 /// The data that an instruction or a function of the controller fills in.
 pub(super) fn filled<'a>(name: &Name, args: &'a Args) -> Vec<&'a Path> {

@@ -93,6 +93,24 @@ pub(super) fn call(key: &str, given: &Given) -> Option<Result<Value, String>> {
     Some(value.and_then(finite))
 }
 
+/// Why function `key` (lower case) has no value, however the controller rounds: it stops there.
+pub(super) fn undefined(key: &str, given: &[Value]) -> Option<String> {
+    /// What rounding leaves.
+    const ROUNDED: f64 = 1e-4;
+    let at = |index: usize| given.get(index)?.num().ok();
+    let x = at(0)?;
+    let is_undefined = match key {
+        "sqrt" => x < -ROUNDED,
+        "asin" | "acos" => x.abs() > 1.0 + ROUNDED,
+        "pow" => {
+            let power = at(1)?;
+            x < -ROUNDED && power.fract() != 0.0 || x == 0.0 && power < 0.0
+        }
+        _ => false,
+    };
+    is_undefined.then(|| format!("the result for {x} is not finite"))
+}
+
 fn numeric(key: &str) -> Option<fn(f64) -> f64> {
     match key {
         "atan" => Some(|x| deg_from_rad(x.atan())),

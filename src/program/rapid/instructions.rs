@@ -175,12 +175,22 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "syncmovesuspend",
         "motionprocessmodeset",
     ];
+    // Files, channels, sockets, messages, services, interrupts, tests.
+    const BESIDE: &str = "\
+        cancelload checkprogref cleariobuff clearrawbytes copyfile copyrawbytes getdataval \
+        getsysdata gettrapdata ierror ipers ivarvalue makedir packdnheader packrawbytes \
+        pathrecstart pathrecstop readerrdata readrawbytes removedir removefile renamefile \
+        resetretrycount savecfgdata setdatasearch socketaccept socketbind socketclose \
+        socketconnect socketcreate socketlisten socketreceive socketreceivefrom socketsend \
+        socketsendto spystart spystop testsigndefine testsignreset texttabinstall tpreaddnum \
+        uimsgwrite uimsgwriteabort unpackrawbytes writerawbytes writestrbin";
     MONITORS.contains(&key)
         || matches!(
             key,
             "waituntil" | "worldacclim" | "write" | "writeanybin" | "writebin" | "break"
         )
         || IGNORED.contains(&key)
+        || BESIDE.split_ascii_whitespace().any(|own| own == key)
 }
 
 /// Whether an instruction of which nothing else is known may set what it is given.
@@ -232,6 +242,32 @@ pub(super) fn is_own_function(key: &str) -> bool {
         type uialphaentry uiclientexist uidnumentry uidnumtune uilistview uimessagebox \
         uinumentry uinumtune validio valtostr vectmagn";
     OWN.split(' ').any(|own| own == key)
+}
+
+/// Whether a function of the controller gives a text, a frame or a tool.
+pub(super) fn gives_no_number(key: &str) -> bool {
+    const OTHER: [&str; 19] = [
+        "argname",
+        "cdate",
+        "corrread",
+        "ctime",
+        "ctool",
+        "cwobj",
+        "dectohex",
+        "dnumtostr",
+        "getmecunitname",
+        "getserviceinfo",
+        "getsysinfo",
+        "gettaskname",
+        "hextodec",
+        "readstr",
+        "readstrbin",
+        "rmqgetslotname",
+        "robname",
+        "textget",
+        "uialphaentry",
+    ];
+    OTHER.contains(&key)
 }
 
 /// Whether a function gives the same for the same arguments, whatever the controller does.

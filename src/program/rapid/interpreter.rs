@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use nalgebra::Isometry3;
 
 use super::carried::{ToolFrame, UnitOff, WorkObject};
+use super::late::Late;
 use super::syntax::{Expr, File, Name, Trap};
 use super::timed::Timed;
 use super::value::Value;
@@ -93,6 +94,18 @@ pub(super) struct Interpreter<'a> {
     pub(super) is_stopped: bool,
     /// Whether no `StartMove` has followed `StopMove`, or may not have.
     pub(super) is_held: bool,
+    /// What procedures of moves that do not stop have set.
+    pub(super) late: Late<'a>,
+    /// Whether the program starts with `main`: nothing has set data before.
+    pub(super) starts_at_main: bool,
+    /// How many of the routines that run have handlers of errors.
+    pub(super) handlers: usize,
+    /// Of how many AND and OR in one another the second side is worked out that may not count.
+    pub(super) guarded: usize,
+    /// The last line at which the controller stops as it works something out.
+    pub(super) fault_at: Option<usize>,
+    /// Functions of no file that give no number or truth value, where somebody has asked.
+    pub(super) not_plain: OnceCell<HashSet<&'a str>>,
     /// Units that are switched off.
     pub(super) off: Vec<UnitOff>,
     /// Outputs that the program has set, by name in lower case.
@@ -186,6 +199,12 @@ impl<'a> Interpreter<'a> {
             runs_on: false,
             is_stopped: false,
             is_held: false,
+            late: Late::default(),
+            starts_at_main: false,
+            handlers: 0,
+            guarded: 0,
+            fault_at: None,
+            not_plain: OnceCell::new(),
             off: Vec::new(),
             joints_now: None,
             outputs: HashMap::new(),

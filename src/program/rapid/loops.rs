@@ -4,19 +4,38 @@ use std::collections::HashSet;
 
 use super::constants::predefined;
 use super::interpreter::{Flow, Interpreter};
-use super::sets::set_within;
+use super::sets::{CHANGE, set_within};
 use super::syntax::{Block, Expr, Name, What};
 use super::value::Value;
-use super::walk::{all_of, calls_in, names_in, statements_in};
+use super::walk::{
+    all_of, blocks_in, blocks_within, calls_in, expressions_in, names_in, statements_in,
+};
 use crate::notes::Code;
 use crate::program::single;
 
 const ENDLESS: &str =
     "an endless loop: read once, without the move from its end back to its beginning";
 
+const STILL: &str = "an endless loop without a move: what stands behind it is never reached, or \
+                     only where something that is not read ends the loop";
+
+/// Statements of a `WHILE TRUE` that are read until a pass leaves it.
+const MAX_STATEMENTS: usize = 100_000;
+
 fn jumps_out(body: &Block) -> bool {
     let mut inside = statements_in(std::iter::once(body));
     inside.any(|what| matches!(what, What::Return(_) | What::Goto(_)))
+}
+
+/// The datum that a statement sets: assigned or counted.
+fn set_by(what: &What) -> Option<&str> {
+    match what {
+        What::Assign(path, _) => Some(&path.name.key),
+        What::Call(name, args) if CHANGE.contains(&name.key.as_str()) => {
+            names_in(args.positional.iter().take(1).collect()).first().map(|own| own.key.as_str())
+        }
+        _ => None,
+    }
 }
 
 impl<'a> Interpreter<'a> {
@@ -93,17 +112,9 @@ impl<'a> Interpreter<'a> {
 
     pub(super) fn while_loop(&mut self, line: usize, condition: &'a Expr, body: &'a Block) -> Flow {
         if *condition == Expr::Bool(true) {
-            let what = match jumps_out(body) {
-                false => ENDLESS,
-                true => {
-                    "WHILE TRUE, which RETURN or GOTO may leave: read once; what further passes \
-                     do, and what stands behind the loop, is not read"
-                }
-            };
-            self.log.warning(Code::MotionLeftOut, line, what);
-            return match self.block(body) {
-                Flow::Next => Flow::Exit,
-                flow => flow,
+            return match self.deciding(body) {
+                Some(deciding) => self.until_left(line, &deciding, body),
+                None => self.once(line, body),
             };
         }
         self.doubt_shared(line, "WHILE", vec![condition], vec![body]);
@@ -112,7 +123,8 @@ impl<'a> Interpreter<'a> {
             match self.eval(condition).bool() {
                 // It is TRUE for good.
                 Ok(true) if passes == 1 && self.is_endless(condition, body) => {
-                    self.log.warning(Code::MotionLeftOut, line, ENDLESS);
+                    let what = self.endless(body);
+                    self.log.warning(Code::MotionLeftOut, line, what);
                     return Flow::Exit;
                 }
                 Ok(true) if self.another_pass(line) => match self.block(body) {
@@ -129,6 +141,134 @@ impl<'a> Interpreter<'a> {
                 }
             }
         }
+    }
+
+    /// What an endless loop is told as.
+    fn endless(&self, body: &'a Block) -> &'static str {
+        let moves = body.iter().any(|own| self.moves(&own.what));
+        if moves { ENDLESS } else { STILL }
+    }
+
+    /// One pass of `WHILE TRUE`.
+    fn once(&mut self, line: usize, body: &'a Block) -> Flow {
+        if jumps_out(body) {
+            self.doubt_further_passes(line, 1);
+        } else {
+            let what = self.endless(body);
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
+        match self.block(body) {
+            Flow::Next => Flow::Exit,
+            flow => flow,
+        }
+    }
+
+    fn doubt_further_passes(&mut self, line: usize, passes: usize) {
+        let read = if passes == 1 { "once".to_owned() } else { format!("{passes} times") };
+        let what = format!(
+            "WHILE TRUE, which RETURN or GOTO may leave: read {read}; what further passes do, and \
+             what stands behind the loop, is not read"
+        );
+        self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
+    /// Passes of `WHILE TRUE` until one leaves it, or what decides about that is as it was before
+    /// an earlier one, or is not known.
+    fn until_left(&mut self, line: usize, deciding: &HashSet<&'a str>, body: &'a Block) -> Flow {
+        let least = self.budget.saturating_sub(MAX_STATEMENTS);
+        let mut seen: HashSet<String> = HashSet::new();
+        let mut passes = 0;
+        loop {
+            let is_new = self.state(deciding).is_some_and(|state| seen.insert(state));
+            if passes > 0 && (!is_new || self.budget <= least) {
+                self.doubt_further_passes(line, passes);
+                return Flow::Exit;
+            }
+            if !self.another_pass(line) {
+                return Flow::Exit;
+            }
+            match self.block(body) {
+                Flow::Next => passes += 1,
+                flow => return flow,
+            }
+            self.set_anew.clear();
+        }
+    }
+
+    /// The data that decide whether a jump leaves a loop, with those by which the loop sets them;
+    /// `None` where no jump does, or the program alone does not decide.
+    fn deciding(&self, body: &'a Block) -> Option<HashSet<&'a str>> {
+        let inside = || statements_in(std::iter::once(body));
+        let labels: HashSet<&str> = inside()
+            .filter_map(|what| match what {
+                What::Label(name) => Some(name.key.as_str()),
+                _ => None,
+            })
+            .collect();
+        let leaves = |what: &'a What| match what {
+            What::Return(_) => true,
+            What::Goto(label) => !labels.contains(label.key.as_str()),
+            _ => false,
+        };
+        let holds = |what: &'a What, is_it: &dyn Fn(&'a What) -> bool| {
+            statements_in(blocks_in(what).into_iter()).any(is_it)
+        };
+        if !inside().any(leaves) {
+            return None;
+        }
+        let mut asked: Vec<&'a Name> = Vec::new();
+        for what in inside() {
+            if holds(what, &leaves) {
+                let conditions = expressions_in(what);
+                if all_of(conditions.clone()).iter().any(|own| matches!(own, Expr::Call(_))) {
+                    return None;
+                }
+                asked.extend(names_in(conditions));
+            }
+        }
+        if !asked.iter().all(|name| self.is_programs(name)) {
+            return None;
+        }
+        let mut found: HashSet<&'a str> = asked.iter().map(|name| name.key.as_str()).collect();
+        let blocks = blocks_within(self.file, &[body]);
+        loop {
+            let before = found.len();
+            for what in statements_in(blocks.clone().into_iter()) {
+                let sets = |what: &'a What| set_by(what).is_some_and(|key| found.contains(key));
+                if sets(what) || holds(what, &sets) {
+                    let used = names_in(expressions_in(what)).into_iter();
+                    let used: Vec<&'a str> = used.map(|name| name.key.as_str()).collect();
+                    found.extend(used);
+                }
+            }
+            if found.len() == before {
+                return Some(found);
+            }
+        }
+    }
+
+    /// What these data are, if they are known.
+    fn state(&mut self, names: &HashSet<&'a str>) -> Option<String> {
+        let mut names: Vec<&'a str> = names.iter().copied().collect();
+        names.sort_unstable();
+        let mut state = String::new();
+        for key in names {
+            let local = self.frames.last().and_then(|frame| frame.get(key));
+            let value = match (local, self.file.data.get(key)) {
+                (Some(datum), _) if datum.is_constant => continue,
+                (Some(datum), _) => Some(datum.value.clone()),
+                (None, Some(data)) if data.is_constant => continue,
+                (None, Some(_)) if self.trapped.contains_key(key) => return None,
+                (None, Some(_)) => self.datum_now(key),
+                (None, None) => continue,
+            };
+            let shown = format!("{:?};", value?);
+            if shown.contains("Unknown(") {
+                return None;
+            }
+            state.push_str(&shown);
+        }
+        Some(state)
     }
 
     /// Whether a condition stays as it is: it asks for data of the program alone, which nothing in

@@ -3,6 +3,7 @@
 
 use super::instructions::is_calculation;
 use super::interpreter::Interpreter;
+use super::offered::COPY;
 use super::syntax::{Args, Expr, Name, Optional};
 use super::timed::SETS;
 use super::value::Value;
@@ -21,6 +22,10 @@ const READ: [&str; 9] = [
     "goutputdnum",
 ];
 
+/// What the job can assume.
+pub(super) const WHOLE: &str =
+    "assume gives a number or a truth value by its name, and no element or part of other data";
+
 /// Kinds of signals, as in WaitDI and ISignalDI.
 const SIGNALS: [&str; 4] = ["di", "do", "gi", "go"];
 
@@ -29,6 +34,11 @@ fn as_number(value: Value) -> Option<f64> {
         Value::Bool(truth) => Some(f64::from(u8::from(truth))),
         other => other.num().ok(),
     }
+}
+
+/// The datum of which a key of `assume` names an element or a part.
+fn whole_of(key: &str) -> Option<&str> {
+    key.split_once(['{', '.']).map(|(whole, _)| whole.trim_end())
 }
 
 /// Names that a call is given as they are.
@@ -145,8 +155,20 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// An element or a part of a datum of which the job assumes something: that has no effect.
+    pub(super) fn part_assumed(&self, of: &str) -> Option<&'a str> {
+        let mut keys = self.settings.assume.keys().map(String::as_str);
+        keys.find(|key| whole_of(key).is_some_and(|whole| whole == of))
+    }
+
     /// Tells of what the job assumes in vain.
     pub(super) fn tell_unheeded(&mut self) {
+        for part in self.settings.assume.keys() {
+            if let Some(data) = whole_of(part).and_then(|whole| self.file.data.get(whole)) {
+                let what = format!("the job assumes '{part}', which has no effect: {WHOLE}");
+                self.log.warning(Code::Unused, data.line.max(1), what);
+            }
+        }
         for (key, (shown, line)) in std::mem::take(&mut self.own_values) {
             if !self.heeded.borrow().contains(key) {
                 let what = format!(
@@ -181,6 +203,10 @@ impl<'a> Interpreter<'a> {
                 let name = &signal.shown;
                 format!("{head}; assume: {{\"{name}\": …}} in the job can give what {name} is")
             }
+            _ if self.gives_other(&function.key) => format!(
+                "{head}, and assume gives numbers and truth values alone: {COPY} in place of the \
+                 call"
+            ),
             _ => format!(
                 "{head}; assume: {{\"{}\": …}} in the job can give it, the same for each call",
                 function.shown

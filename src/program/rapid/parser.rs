@@ -4,6 +4,8 @@
 use std::collections::HashSet;
 
 use super::cursor::{Cursor, Parsed};
+use super::filled::fills;
+use super::instructions::is_ignored;
 use super::lexer::Kind;
 use super::modules::{Renamed, renamed};
 use super::syntax::{
@@ -29,7 +31,8 @@ pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
     let texts = others.iter().map(|other| (other.text.as_str(), Some(other.name.as_str())));
     for (text, name) in [(text, None)].into_iter().chain(texts) {
         let cursor = Cursor::new(text, name.is_none(), &renamed);
-        let mut parser = Parser { cursor, file, depth: 0, name };
+        let (is_of_task, fault) = (false, None);
+        let mut parser = Parser { cursor, file, depth: 0, name, is_of_task, fault };
         while parser.cursor.peek().is_some() {
             parser.top_level(log);
         }
@@ -60,6 +63,7 @@ fn declare_registers(file: &mut File) {
         file.data.entry(name.key.clone()).or_insert_with(|| Declaration {
             line: 1,
             is_persistent: false,
+            is_of_task: false,
             is_constant: false,
             kind: "num".to_owned(),
             name,
@@ -69,24 +73,47 @@ fn declare_registers(file: &mut File) {
     }
 }
 
+/// Whether two declarations, of which one gives a value, are of the datum that two tasks share.
+fn is_of_both(first: &Declaration, second: &Declaration) -> bool {
+    let both = [first, second];
+    let sizes = both.map(|own| {
+        let sizes = own.dimensions.iter().map(|size| match size {
+            Expr::Number(number, _) => Some(*number),
+            _ => None,
+        });
+        sizes.collect::<Vec<_>>()
+    });
+    both.iter().all(|own| own.is_persistent && !own.is_of_task)
+        && both.iter().any(|own| own.value.is_none())
+        // Of the main file both would be one task's.
+        && both.iter().any(|own| own.line == 0)
+        && first.kind == second.kind
+        && sizes[0] == sizes[1]
+}
+
 struct Parser<'a> {
     cursor: Cursor<'a>,
     file: File,
     depth: usize,
     /// Of a file that is not the main one.
     name: Option<&'a str>,
+    /// Whether TASK stands before the declaration.
+    is_of_task: bool,
+    /// The first number of the routine that runs into a word, by its line: what the parser expects
+    /// behind it says little.
+    fault: Option<(usize, String)>,
 }
 
 impl<'a> Parser<'a> {
     fn top_level(&mut self, log: &mut Log) {
         let line = self.cursor.line();
+        self.fault = None;
         if self.cursor.take_word("MODULE") {
             let named = self.module_head();
             self.report(named, line, log);
-        } else if self.cursor.take_word("ENDMODULE")
-            || self.cursor.take_word("LOCAL")
-            || self.cursor.take_word("TASK")
-        {
+        } else if self.cursor.take_word("TASK") {
+            self.is_of_task = true;
+        } else if self.cursor.take_word("ENDMODULE") || self.cursor.take_word("LOCAL") {
         } else if self.cursor.is_any_word(&["CONST", "PERS", "VAR"]) {
             match self.declaration() {
                 Ok(declaration) => self.keep_declaration(declaration, log),
@@ -125,6 +152,7 @@ impl<'a> Parser<'a> {
     fn report(&mut self, parsed: Parsed<()>, line: usize, log: &mut Log) {
         if let Err(what) = parsed {
             let line = self.cursor.line().max(line);
+            let (line, what) = self.fault.take().unwrap_or((line, what));
             match self.name {
                 None => log.error(Code::Syntax, line, what),
                 Some(name) => log.error(Code::Syntax, 1, format!("{name}:{line}: {what}")),
@@ -148,10 +176,21 @@ impl<'a> Parser<'a> {
     }
 
     fn keep_declaration(&mut self, declaration: Declaration, log: &mut Log) {
-        let (line, shown) = (declaration.line, declaration.name.shown.clone());
-        if self.file.data.insert(declaration.name.key.clone(), declaration).is_some() {
-            log.error(Code::Conflict, line.max(1), format!("'{shown}' is declared twice"));
-        }
+        let key = declaration.name.key.clone();
+        let kept = match self.file.data.remove(&key) {
+            Some(first) if is_of_both(&first, &declaration) => match first.value {
+                Some(_) => first,
+                None => declaration,
+            },
+            first => {
+                if first.is_some() {
+                    let what = format!("'{}' is declared twice", declaration.name.shown);
+                    log.error(Code::Conflict, declaration.line.max(1), what);
+                }
+                declaration
+            }
+        };
+        self.file.data.insert(key, kept);
     }
 
     fn keep_procedure(&mut self, routine: Routine, log: &mut Log) {
@@ -182,6 +221,7 @@ impl<'a> Parser<'a> {
     /// `CONST robtarget p{2}:=…;`, from the storage class on.
     fn declaration(&mut self) -> Parsed<Declaration> {
         let line = self.line();
+        let is_of_task = std::mem::take(&mut self.is_of_task);
         let [is_persistent, is_constant] = ["PERS", "CONST"].map(|word| self.cursor.is_word(word));
         self.cursor.advance();
         let kind = self.cursor.name()?.key;
@@ -191,7 +231,16 @@ impl<'a> Parser<'a> {
         let value =
             if self.cursor.take_symbol(":=") { Some(self.cursor.expression()?) } else { None };
         self.cursor.symbol(";")?;
-        Ok(Declaration { line, is_persistent, is_constant, kind, name, dimensions, value })
+        Ok(Declaration {
+            line,
+            is_persistent,
+            is_of_task,
+            is_constant,
+            kind,
+            name,
+            dimensions,
+            value,
+        })
     }
 
     fn routine(&mut self, end: &str, typed: bool) -> Parsed<Routine> {
@@ -294,7 +343,7 @@ impl<'a> Parser<'a> {
 
     /// A statement, or what stands where none can stand, kept as not understood.
     fn statement_or_stray(&mut self, block: &mut Block) {
-        let (own_line, start) = (self.cursor.line(), self.cursor.place());
+        let (mut own_line, start) = (self.cursor.line(), self.cursor.place());
         self.file.statement_count += 1;
         self.depth += 1;
         let parsed = if self.depth > MAX_BLOCK_DEPTH {
@@ -305,7 +354,14 @@ impl<'a> Parser<'a> {
         self.depth -= 1;
         let what = match parsed {
             Ok(what) => what,
-            Err(what) => {
+            Err(mut what) => {
+                if self.cursor.is_glued() {
+                    self.fault.get_or_insert((self.cursor.line(), what.clone()));
+                }
+                // One in this statement is why it is not understood.
+                if let Some(fault) = self.fault.clone().filter(|(line, _)| *line >= own_line) {
+                    (own_line, what) = fault;
+                }
                 self.cursor.skip_statement();
                 if self.cursor.place() == start {
                     self.cursor.advance();
@@ -410,7 +466,8 @@ impl<'a> Parser<'a> {
         // `Set do1;`, `foo;`: no arguments. `foo p10, \On;`: an instruction or a procedure.
         match self.cursor.arguments(";") {
             Ok(args) => Ok(What::Call(name, args)),
-            Err(_) if super::instructions::is_ignored(&name.key) => {
+            // One that fills data in must be understood.
+            Err(_) if is_ignored(&name.key) && !fills(&name.key) => {
                 self.cursor.skip_statement();
                 Ok(What::Call(name, Args::default()))
             }

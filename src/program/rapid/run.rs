@@ -6,6 +6,7 @@ use super::eval::equal;
 use super::filled::filled;
 use super::instructions::{self, is_own_function};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
+use super::offered::COPY;
 use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
@@ -68,6 +69,7 @@ fn names_of(paths: Vec<&Path>) -> Vec<&Name> {
 
 impl<'a> Interpreter<'a> {
     pub(super) fn run(mut self, routine: &'a Routine, args: &'a Args) {
+        self.starts_at_main = routine.name.key == "main";
         self.warn_of_traps();
         self.heed_connected_elsewhere(routine);
         self.frames.push(HashMap::new());
@@ -142,8 +144,11 @@ impl<'a> Interpreter<'a> {
             What::Assign(path, expr) => {
                 let span = self.literal(expr);
                 let value = self.eval(expr);
+                self.refuse_constant(line, path);
                 let sets = self.assigns_setter(line, path, Given::any(value.num(), span));
-                if !sets {
+                if sets {
+                    self.doubt_order_of_setters(line, &path.name.shown);
+                } else {
                     self.doubt_assignment(line, path, Some(expr));
                 }
                 let written = self.write(path, value.clone()).map_err(|why| (why, value));
@@ -226,7 +231,8 @@ impl<'a> Interpreter<'a> {
             match effect {
                 Effect::Motion => {
                     // Where the cause is a signal that is read, its name is told already.
-                    let is_told = why.contains("assume: {") || why.contains(single::COUNT);
+                    let told = ["assume: {", single::COUNT, COPY];
+                    let is_told = told.iter().any(|own| why.contains(own));
                     let hint = if is_told { "" } else { "; assume: in the job can settle it" };
                     let what = format!("{keyword} decides about motion at run time: {why}{hint}");
                     self.log.error(Code::Motion, line, what);
@@ -349,6 +355,12 @@ impl<'a> Interpreter<'a> {
             _ => {}
         }
         self.forget_name(&name.key);
+        let own = self.frames.last().and_then(|frame| frame.get(&name.key));
+        match own.map(|datum| datum.stands_for.as_ref().map(|(key, _)| *key)) {
+            None => self.doubt_order(&name.key, name),
+            Some(Some(key)) => self.doubt_order(key, name),
+            Some(None) => {}
+        }
         if let Some(datum) = self.frames.last_mut().and_then(|frame| frame.get_mut(&name.key)) {
             datum.value = value.clone();
             if let Some((key, _)) = &datum.stands_for {
@@ -373,6 +385,7 @@ impl<'a> Interpreter<'a> {
         if self.is_declared(key) {
             return;
         }
+        self.doubt_order(key, &path.name);
         let trapped = self.trapped.get(key).cloned();
         let value = trapped.unwrap_or(value);
         let value = match (path.is_whole(), value) {
@@ -421,6 +434,9 @@ impl<'a> Interpreter<'a> {
     fn call(&mut self, line: usize, name: &'a Name, args: &'a Args) -> Flow {
         let key = name.key.as_str();
         let sets = self.sets(line, name, args);
+        if sets {
+            self.doubt_order_of_setters(line, &name.shown);
+        }
         if let Some(routine) = self.file.procedures.get(key) {
             self.doubt_procedure(line, routine);
             self.in_setters += usize::from(sets);
@@ -433,8 +449,15 @@ impl<'a> Interpreter<'a> {
         }
         self.set_output(line, key, args);
         if let Some(motion) = instructions::motion(key) {
-            if let Err(why) = self.motion(line, motion, args) {
+            self.doubt_modes(line);
+            // What the controller stops at is told already.
+            if let Err(why) = self.motion(line, motion, args)
+                && self.fault_at != Some(line)
+            {
                 self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
+            }
+            if self.has_arrived {
+                self.settle();
             }
             self.doubt_call(line, name, args);
             return match key.ends_with("sync") {
@@ -592,6 +615,7 @@ impl<'a> Interpreter<'a> {
 
     fn count(&mut self, line: usize, key: &str, args: &'a Args) {
         let Some(Expr::Ref(path)) = args.positional.first() else { return };
+        self.refuse_constant(line, path);
         self.doubt_assignment(line, path, None);
         let by = match (key, args.positional.get(1)) {
             ("incr", _) => Ok(1.0),

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::filled::filled;
 use super::instructions::may_set;
 use super::syntax::{Args, Block, Expr, File, Name, Optional, Parameter, Routine, What};
-use super::walk::{functions_in, given, is_settable, names_in, statements_in};
+use super::walk::{functions_in, given, is_settable, names_in, statements_in, synced_procedure};
 
 /// Instructions that change their first argument.
 pub(super) const CHANGE: [&str; 6] = ["add", "bitclear", "bitset", "clear", "decr", "incr"];
@@ -44,6 +44,9 @@ pub(super) fn set_within<'a>(file: &'a File, block: &'a Block) -> Vec<&'a Name> 
                         set.extend(all.filter(may));
                     }
                     set.extend(filled(name, args).into_iter().map(|path| &path.name));
+                    let synced = synced_procedure(file, name, args);
+                    let synced = synced.filter(|routine| seen.insert(&routine.name.key));
+                    open.extend(synced.map(|own| (&own.body, own.parameters.as_slice())));
                 }
                 _ => {}
             }

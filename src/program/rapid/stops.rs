@@ -37,6 +37,7 @@ impl<'a> Interpreter<'a> {
         if !self.is_stopped {
             self.has_arrived = true;
             self.runs_on = false;
+            self.settle();
         }
     }
 

@@ -137,6 +137,8 @@ pub(super) struct Declaration {
     pub(super) line: usize,
     /// PERS: other tasks have it, too.
     pub(super) is_persistent: bool,
+    /// `TASK PERS`: this task alone has it.
+    pub(super) is_of_task: bool,
     /// CONST: nothing sets it.
     pub(super) is_constant: bool,
     /// Type, in lower case.

@@ -33,25 +33,57 @@ pub(super) fn statements_in<'a>(
     })
 }
 
-/// What is called in blocks, and in what of the files they call, and is in no file.
-pub(super) fn calls_in<'a>(file: &'a File, blocks: &[&'a Block]) -> Vec<(&'a Name, &'a Args)> {
+/// Blocks, and those of what they call in the files.
+pub(super) fn blocks_within<'a>(file: &'a File, blocks: &[&'a Block]) -> Vec<&'a Block> {
     let mut seen: HashSet<&str> = HashSet::new();
     let (mut open, mut found) = (blocks.to_vec(), Vec::new());
     while let Some(block) = open.pop() {
+        found.push(block);
         for what in statements_in(std::iter::once(block)) {
             for (name, _) in functions_in(what) {
                 let own = file.functions.get(&name.key).filter(|_| seen.insert(&name.key));
                 open.extend(own.map(|routine| &routine.body));
             }
             let What::Call(name, args) = what else { continue };
-            match file.procedures.get(&name.key) {
-                Some(routine) if seen.insert(&name.key) => open.push(&routine.body),
-                Some(_) => {}
-                None => found.push((name, args)),
-            }
+            let own = file.procedures.get(&name.key);
+            let own = own.or_else(|| synced_procedure(file, name, args));
+            let own = own.filter(|routine| seen.insert(&routine.name.key));
+            open.extend(own.map(|routine| &routine.body));
         }
     }
     found
+}
+
+/// What is called in blocks, and in what of the files they call, and is in no file.
+pub(super) fn calls_in<'a>(file: &'a File, blocks: &[&'a Block]) -> Vec<(&'a Name, &'a Args)> {
+    let all = blocks_within(file, blocks).into_iter();
+    all.flat_map(|block| statements_in(std::iter::once(block)))
+        .filter_map(|what| match what {
+            What::Call(name, args) if !file.procedures.contains_key(&name.key) => {
+                Some((name, args))
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+/// The name of the procedure of `MoveLSync` and its like; its module may stand before it.
+pub(super) fn synced_name(args: &Args) -> Option<&str> {
+    match args.positional.last() {
+        Some(Expr::Text(text)) => Some(text.rsplit(':').next().unwrap_or(text).trim()),
+        _ => None,
+    }
+}
+
+/// That procedure, where a call is such a move, and the files have it.
+pub(super) fn synced_procedure<'a>(
+    file: &'a File,
+    name: &Name,
+    args: &Args,
+) -> Option<&'a Routine> {
+    let is_one = name.key.ends_with("sync") && motion(&name.key).is_some();
+    let own = synced_name(args).filter(|_| is_one)?;
+    file.procedures.get(&own.to_lowercase())
 }
 
 /// The procedures that may run, by name in lower case: the one that the program starts with,

@@ -28,6 +28,7 @@ mod silent;
 mod stated;
 mod stopped;
 mod support;
+mod synced;
 mod tangents;
 mod tp;
 mod tp_waits;

@@ -1,0 +1,102 @@
+//! What `assume` can give: functions that are known only at run time and give a number or a truth
+//! value, as far as the files say what they give.
+
+use std::collections::{HashMap, HashSet};
+
+use super::instructions::{gives_no_number, motion};
+use super::interpreter::Interpreter;
+use super::syntax::{Block, Expr, File, Parameter, Path, Step, What};
+use super::value::{Value, field, initial};
+use super::walk::{all_of, expressions_in, statements_in};
+
+/// What helps where it cannot.
+pub(super) const COPY: &str = "write the value into a copy of the program";
+
+/// Functions that shift a target, their first argument.
+const SHIFT: [&str; 2] = ["offs", "reltool"];
+
+impl Interpreter<'_> {
+    /// Whether a function that is known only at run time gives no number and no truth value.
+    pub(super) fn gives_other(&self, key: &str) -> bool {
+        gives_no_number(key) || self.not_plain.get_or_init(|| not_plain(self.file)).contains(key)
+    }
+}
+
+/// Functions of no file that give a record, an array or a text, by where the files put it.
+fn not_plain(file: &File) -> HashSet<&str> {
+    let mut found = HashSet::new();
+    for routine in file.procedures.values().chain(file.functions.values()) {
+        look(file, &routine.parameters, &routine.body, &mut found);
+    }
+    for trap in &file.traps {
+        look(file, &[], &trap.body, &mut found);
+    }
+    found.retain(|key| !file.functions.contains_key(*key));
+    found
+}
+
+fn look<'a>(
+    file: &'a File,
+    parameters: &'a [Parameter],
+    body: &'a Block,
+    found: &mut HashSet<&'a str>,
+) {
+    let mut own: HashMap<&str, &str> =
+        parameters.iter().map(|own| (own.name.key.as_str(), own.kind.as_str())).collect();
+    for what in statements_in(std::iter::once(body)) {
+        if let What::Declare(data) = what {
+            own.insert(&data.name.key, &data.kind);
+        }
+    }
+    for what in statements_in(std::iter::once(body)) {
+        match what {
+            What::Declare(data) if !is_plain(file, &data.kind) => {
+                found.extend(data.value.as_ref().and_then(called));
+            }
+            What::Assign(path, value) => {
+                let kind = kind_at(file, &own, path);
+                if kind.is_some_and(|own| !is_plain(file, own)) {
+                    found.extend(called(value));
+                }
+            }
+            What::Call(name, args) if motion(&name.key).is_some() => {
+                found.extend(args.positional.iter().filter_map(called));
+            }
+            _ => {}
+        }
+        for expr in all_of(expressions_in(what)) {
+            if let Expr::Call(call) = expr
+                && SHIFT.contains(&call.0.key.as_str())
+            {
+                found.extend(call.1.positional.first().and_then(called));
+            }
+        }
+    }
+}
+
+/// The function that an expression is a call of.
+fn called(expr: &Expr) -> Option<&str> {
+    match expr {
+        Expr::Call(call) => Some(&call.0.key),
+        _ => None,
+    }
+}
+
+/// The type of what an assignment sets, or of its elements.
+fn kind_at<'a>(file: &'a File, own: &HashMap<&str, &'a str>, path: &Path) -> Option<&'a str> {
+    let key = path.name.key.as_str();
+    let of_module = || file.data.get(key).map(|data| data.kind.as_str());
+    let mut kind = own.get(key).copied().or_else(of_module)?;
+    for step in &path.steps {
+        if let Step::Field(name) = step {
+            kind = field(file, kind, name)?.1;
+        }
+    }
+    Some(kind)
+}
+
+/// Whether data of a type may be one number or truth value: of a type that is not known nobody
+/// says.
+fn is_plain(file: &File, kind: &str) -> bool {
+    !matches!(initial(file, kind), Value::List(_) | Value::Text(_))
+}
