@@ -35,6 +35,9 @@ const MAX_PER_REVOLUTION_MM: f64 = 5.0;
 /// Heights that differ by no more are one.
 const SAME_HEIGHT_MM: f64 = 1e-6;
 
+/// What a number of feed may stand for.
+const UNITS: [&str; 6] = ["MMPM", "IPM", "MMPR", "IPR", "PERMIN", "PERREV"];
+
 const BEHIND_UNIT: &str = "behind the unit of the feed stands the clearance alone, or in a file \
      with Creo's header the clearance and the step of a deep hole; write DEPTH, CLEAR, STEP and \
      the unit before the feed";
@@ -146,7 +149,6 @@ impl Reader<'_> {
         if let (1, [(depth, _)], [Word::Name(_), Word::Number(..), behind @ ..]) =
             (count, numbers.as_slice(), names)
         {
-            const UNITS: [&str; 6] = ["MMPM", "IPM", "MMPR", "IPR", "PERMIN", "PERREV"];
             cycle.depth = self.mm(depth.abs());
             let what = "CYCLE: the point of GOTO is taken as the top of the hole, and a clearance \
                         counts from there: some posts that write the depth without a word give \
@@ -173,7 +175,17 @@ impl Reader<'_> {
                 self.cutter.log.warning(Code::UnitAssumed, line, what);
                 numbers.into_iter().chain([(*clear, *span)]).collect()
             }
-            _ => return Err(BEHIND_UNIT.to_owned()),
+            _ if unit.as_deref().is_some_and(|unit| UNITS.contains(&unit)) => {
+                return Err(BEHIND_UNIT.to_owned());
+            }
+            _ => {
+                let name = unit.unwrap_or_default();
+                return Err(format!(
+                    "numbers without keywords and behind them {name} and more: which of them is \
+                     the feed and which the clearance is not known; write DEPTH, CLEAR and the \
+                     unit before the feed"
+                ));
+            }
         };
         let (depth, feed, clear) = match *numbers.as_slice() {
             [(depth, _)] => (depth, None, 0.0),

@@ -161,6 +161,11 @@ pub(super) fn parse(
                 lexer.at += 1;
             }
             b'A'..=b'Z' | b'a'..=b'z' | b'_' => lexer.word(block)?,
+            // LinuxCNC: which spindle.
+            b'$' if lexer.is_before_number() => {
+                lexer.at += 1;
+                lexer.number(b'$', block)?;
+            }
             _ => return Err(format!("'{}' is not understood", lexer.char())),
         }
     }
@@ -183,6 +188,11 @@ impl<'t> Lexer<'t> {
     fn is_behind_name(&self) -> bool {
         let before = self.at.checked_sub(1).and_then(|at| self.bytes.get(at));
         before.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_')
+    }
+
+    fn is_before_number(&self) -> bool {
+        let behind = self.bytes.get(self.at + 1);
+        behind.is_some_and(|byte| byte.is_ascii_digit() || matches!(byte, b'-' | b'#' | b'['))
     }
 
     fn char(&self) -> char {

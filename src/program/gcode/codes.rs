@@ -80,13 +80,14 @@ fn run_checked(
             Name::Back => {
                 flow.back();
             }
-            Name::Call => return flow.call_file(name, block.get('P').unwrap_or(1.0)),
+            Name::Call => return flow.call_file(name, inside, block.get('P').unwrap_or(1.0)),
         }
     }
     if let Some(number) = block.get('L').filter(|_| machine.is_sinumerik)
+        && block.names.is_empty()
         && block.words.iter().all(|word| matches!(word.letter, b'N' | b'L' | b'P'))
     {
-        return flow.call_file(&format!("L{number}"), block.get('P').unwrap_or(1.0));
+        return flow.call_file(&format!("L{number}"), "", block.get('P').unwrap_or(1.0));
     }
     let inches = machine.inches;
     let cancels_beside_motion =
@@ -323,6 +324,13 @@ fn spindle_and_tool(
     line: usize,
     block: &Block,
 ) -> Result<(), String> {
+    // LinuxCNC: 0 is the main spindle, -1 are all.
+    if let Some(spindle) = block.get('$').filter(|spindle| ![0.0, -1.0].contains(spindle)) {
+        return Err(format!(
+            "${spindle} commands another spindle than the main one ($0), which has the tool: not \
+             supported"
+        ));
+    }
     // Alone beside G4 it is a time in turns of the spindle.
     let speed = block.word(b'S').filter(|_| !once.dwell || block.has_any(b"PXUF"));
     if speed.is_some() && (once.sets == Some(G92) || block.codes('G').any(|code| code == G50)) {
@@ -473,6 +481,11 @@ fn sets(machine: &mut Machine<'_>, line: usize, code: i64, block: &Block) -> Res
         return machine.turn_work(block);
     }
     machine.keeps_frame("a shift of the work")?;
+    match (code, block.get('L')) {
+        (920, _) | (100, Some(20.0)) => machine.rotary.count_anew(block, false)?,
+        (520, _) | (100, Some(2.0)) => machine.rotary.count_anew(block, true)?,
+        _ => {}
+    }
     match code {
         520 => machine.shift.set_local(axes),
         920 => machine.stand_at(line, axes, false)?,

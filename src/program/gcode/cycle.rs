@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use super::block::Block;
+use super::rotary;
 use super::state::{AXES, Cycle, CycleKind, Height, Machine, Motion};
 use crate::notes::Code;
 use crate::program::Pace;
@@ -13,6 +14,9 @@ use crate::program::log::States;
 
 /// Of a cycle, and of pecks in a hole.
 const MAX_REPEATS: f64 = 10_000.0;
+
+/// Cosine between tool and hole from which on a hole is along the tool: less is no rounding.
+const ALIGNED: f64 = 1.0 - 1e-9;
 
 /// How far over the last depth a peck stops, mm: 0.010 inch.
 const CLEARANCE_MM: f64 = 0.254;
@@ -70,9 +74,17 @@ impl Machine<'_> {
         }
         self.no_corner()?;
         let feed = self.cutter.pace()?;
-        if self.cutter.feed.kind == FeedKind::InverseTime || self.rotary.moves_work() {
-            return Err("a cycle in inverse time or on turned work is not supported".to_owned());
+        if self.cutter.feed.kind == FeedKind::InverseTime {
+            return Err("a cycle in inverse time is not supported".to_owned());
         }
+        let repeats = block.get('L').or(block.get('K')).unwrap_or(1.0);
+        if !(0.0..=MAX_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {
+            return Err(format!("{repeats} repeats: expected a whole number from 0"));
+        }
+        if repeats == 0.0 && block.has_any(&rotary::LETTERS) {
+            return Err("a rotary axis beside L0 or K0 of a cycle is not supported".to_owned());
+        }
+        let mut has_turned = self.cutter.place().is_none();
         let before = match self.cutter.place() {
             Some(place) => place,
             None => self.over_first_hole(line, block)?,
@@ -120,10 +132,6 @@ impl Machine<'_> {
             );
             self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
-        let repeats = block.get('L').or(block.get('K')).unwrap_or(1.0);
-        if !(0.0..=MAX_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {
-            return Err(format!("{repeats} repeats: expected a whole number from 0"));
-        }
         let depths = self.depths(kind, retract, bottom)?;
         if depths.len() > 1 {
             self.tell_clearance(line);
@@ -158,7 +166,6 @@ impl Machine<'_> {
             dwell_peck_s: 0.0,
             dwell_out_s: 0.0,
         };
-        let axis = Vector3::ith(w, 1.0);
         let mut over = before;
         if repeats > 0.0 {
             self.starts(line);
@@ -172,7 +179,8 @@ impl Machine<'_> {
                 (over[u], over[v]) = (to[u].unwrap_or(over[u]), to[v].unwrap_or(over[v]));
             }
             over[w] = 0.0;
-            self.cutter.hole(line, over, axis, &hole);
+            let turns = if std::mem::take(&mut has_turned) { None } else { Some(block) };
+            self.drill_over(line, turns, over, &hole)?;
             if self.cutter.log.is_full() {
                 break;
             }
@@ -180,10 +188,54 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// The cycle begins with a rapid move over its first hole: level where the height is known,
-    /// else to R, where it goes back there.
+    /// Over a hole at rapid, as the rotary axes of `block` turn, down, and out: to Fanuc and Haas,
+    /// A, B and C belong to the place of the hole. To LinuxCNC a turn in a cycle is an error.
+    fn drill_over(
+        &mut self,
+        line: usize,
+        block: Option<&Block>,
+        over: Vector3<f64>,
+        hole: &Hole,
+    ) -> Result<(), String> {
+        let Plane([.., w]) = self.plane;
+        let up = Vector3::ith(w, 1.0);
+        let block = block.filter(|block| block.has_any(&rotary::LETTERS));
+        // Up to R before anything turns.
+        if let (Some(_), Some(place)) = (block, self.cutter.place())
+            && place[w] < hole.clearance
+        {
+            self.line_to(line, place + up * (hole.clearance - place[w]), Pace::Rapid, None)?;
+        }
+        let turns = block.map(|block| self.turn(line, block, true)).transpose()? == Some(true);
+        let along = self.rotary.way_in_work(up);
+        if self.rotary.turns_tool() && self.rotary.tool_axis().dot(&along) < ALIGNED {
+            let what = "a cycle while a rotary axis turns the tool away from the hole's axis would \
+                        drill across the tool: not supported";
+            return Err(what.to_owned());
+        }
+        if !(turns || self.rotary.moves_work()) {
+            self.cutter.hole(line, over, up, hole);
+            return Ok(());
+        }
+        let zero = self.rotary.in_work(over);
+        if let Some(place) = self.cutter.place() {
+            let height = place[w].max(hole.clearance);
+            if turns || place != over + up * height {
+                self.line_to(line, over + up * height, Pace::Rapid, None)?;
+            }
+            self.cutter.at = (zero + along * height).map(Some).into();
+        }
+        self.cutter.straight_to_hole(line, zero, along, hole);
+        // Where the text has it.
+        self.cutter.at = (over + up * hole.retract).map(Some).into();
+        Ok(())
+    }
+
+    /// The cycle begins with a rapid move over its first hole, to where rotary axes turn, too:
+    /// level where the height is known, else to R, where it goes back there.
     fn over_first_hole(&mut self, line: usize, block: &Block) -> Result<Vector3<f64>, String> {
         let Plane([u, v, w]) = self.plane;
+        self.turn(line, block, true)?;
         let (at, to) = (self.cutter.at, self.end_of(block)?);
         let mut over = Vector3::zeros();
         for axis in [u, v] {

@@ -31,6 +31,8 @@ pub(super) struct Parameters {
 pub(super) struct Locals {
     numbered: HashMap<i64, Held>,
     named: HashMap<String, Held>,
+    /// Names of those that are rounded.
+    whole: HashSet<String>,
 }
 
 /// A parameter as the text names it.
@@ -124,6 +126,7 @@ impl Parameters {
         self.take_locals();
         self.numbered.extend(kept.numbered);
         self.named.extend(kept.named);
+        self.whole = kept.whole;
     }
 
     fn take_locals(&mut self) -> Locals {
@@ -134,6 +137,7 @@ impl Parameters {
         Locals {
             numbered: self.numbered.extract_if(|number, _| (1..=33).contains(number)).collect(),
             named: self.named.extract_if(|name, _| is_local(name)).collect(),
+            whole: std::mem::take(&mut self.whole),
         }
     }
 }

@@ -3,9 +3,10 @@
 
 use std::collections::HashMap;
 
+use super::by_value;
 use super::expression::{Key, Locals, Parameters, Reader, not_vacant};
 use super::files::Files;
-use super::structure::{Structure, stripped};
+use super::structure::{Structure, stripped, within};
 use crate::notes::Code;
 use crate::program::log::Log;
 use crate::program::unread::left_over;
@@ -239,8 +240,14 @@ impl<'t> Flow<'t> {
         self.enter(first, repeats as u32, locals, true)
     }
 
-    /// A subprogram of Sinumerik's, a file of its own, so often.
-    pub(super) fn call_file(&mut self, name: &str, repeats: f64) -> Result<(), String> {
+    /// A subprogram of Sinumerik's, a file of its own, so often, with what stands in the
+    /// parentheses behind its name.
+    pub(super) fn call_file(
+        &mut self,
+        name: &str,
+        inside: &str,
+        repeats: f64,
+    ) -> Result<(), String> {
         if !(0.0..=9999.0).contains(&repeats) || repeats.fract() != 0.0 {
             return Err(format!("a subprogram runs {repeats} times: expected a whole number"));
         }
@@ -250,8 +257,14 @@ impl<'t> Flow<'t> {
                  subprogram is read where path.program.files names its file"
             )
         })?;
+        let lines = self.lines.get(first..self.files.around(first).end).unwrap_or_default();
+        let given = by_value::given(name, inside, lines, &self.parameters)?;
+        if !given.is_empty() && repeats != 1.0 {
+            return Err(format!("{name}: P beside parameters is not supported"));
+        }
         // Whole and in 0..=9999, checked above.
-        self.enter(first, repeats as u32, Some(HashMap::new()), false)
+        self.enter(first, repeats as u32, Some(HashMap::new()), false)?;
+        given.into_iter().try_for_each(|(key, value)| self.parameters.set(key, value, None))
     }
 
     /// M97 of Haas: from N `number` of the program that runs, to its M99.
@@ -404,23 +417,14 @@ impl<'t> Flow<'t> {
         let head = heads().filter(|head| *head <= here).max().unwrap_or(0).max(file.start);
         let end = heads().filter(|head| *head > here).min().unwrap_or(file.end).min(file.end);
         let number = number as i64;
-        let ahead = self.numbered(number, self.next..end);
-        let target = ahead.or_else(|| self.numbered(number, head..self.next));
+        let first = |lines| within(self.numbered(number), lines).first().copied();
+        let target = first(self.next..end).or_else(|| first(head..self.next));
         target.ok_or_else(|| format!("there is no N{number} in this program"))
     }
 
-    /// The first of these lines that has a block number.
-    pub(super) fn numbered(&self, number: i64, lines: std::ops::Range<usize>) -> Option<usize> {
-        let all = self.numbers.get(&number)?;
-        let first = all.partition_point(|line| *line < lines.start);
-        all.get(first).copied().filter(|line| lines.contains(line))
-    }
-
-    /// The last line up to this one that has a block number.
-    pub(super) fn last_numbered(&self, number: i64, line: usize) -> Option<usize> {
-        let all = self.numbers.get(&number)?;
-        let behind = all.partition_point(|own| *own <= line);
-        behind.checked_sub(1).and_then(|last| all.get(last)).copied()
+    /// The lines that have a block number, in order.
+    pub(super) fn numbered(&self, number: i64) -> &[usize] {
+        self.numbers.get(&number).map_or(&[], Vec::as_slice)
     }
 
     fn o_statement(&mut self, here: &OWord, behind: Behind<'_>) -> Result<(), String> {

@@ -13,6 +13,7 @@
 //! moves set them again.
 
 mod block;
+mod by_value;
 mod called;
 mod codes;
 mod cycle;
@@ -106,6 +107,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     }
     machine.end_unknown();
     machine.cutter.log.within(String::new());
+    tell_assumed(lines, settings, machine.cutter.log);
     machine.tell_cuts_before_change();
     let open = machine.corner.map(|corner| corner.line);
     if let (Some(line), Err(what)) = (open, machine.no_corner()) {
@@ -124,6 +126,21 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     };
     if let Some(line) = flow.left_over().into_iter().find(moves) {
         behind_end(machine.cutter.log, line + 1);
+    }
+}
+
+/// Tells of what the job assumes, which has no effect here, where it stands in this program.
+fn tell_assumed(lines: &[(usize, &str)], settings: &Settings, log: &mut Log) {
+    for key in settings.assume.keys() {
+        let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let has = |line: &str| {
+            let line = line.to_lowercase();
+            line.split(key).skip(1).any(|rest| !rest.starts_with(is_part))
+        };
+        if let Some(line) = lines.iter().position(|(_, line)| has(line)) {
+            let what = format!("the job assumes '{key}', which has no effect on G-code");
+            log.warning(Code::Unused, line + 1, what);
+        }
     }
 }
 

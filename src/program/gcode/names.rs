@@ -6,7 +6,7 @@ use super::siemens::DrillingCall;
 use super::state::{AXES, Machine, Motion};
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 44] = [
+const HARMLESS: [&str; 43] = [
     "FNORM",
     "DIAMOF",
     "MSG",
@@ -33,7 +33,6 @@ const HARMLESS: [&str; 44] = [
     "CFIN",
     "G0DIST",
     "SETAL",
-    "EXTERN",
     "GROUP",
     "GROUP_BEGIN",
     "GROUP_END",
@@ -87,6 +86,10 @@ impl Machine<'_> {
         }
         if name == "RET" {
             return Ok(Name::Back);
+        }
+        if name == "EXTERN" && block.words.iter().all(|word| matches!(word.letter, b'N' | b'L')) {
+            // The head of a subprogram of another file, which is called elsewhere.
+            return Ok(Name::Frame);
         }
         if name == "PROC" {
             // The head of a subprogram, its name behind.
@@ -208,8 +211,7 @@ impl Machine<'_> {
         }
         if self.is_sinumerik {
             let others = |word: &Word| !matches!(word.letter, b'N' | b'P');
-            if block.names.len() > 1 || !inside.trim().is_empty() || block.words.iter().any(others)
-            {
+            if block.names.len() > 1 || block.words.iter().any(others) {
                 return Err(format!(
                     "'{name}' calls a subprogram or a cycle that is not read, or is not understood"
                 ));

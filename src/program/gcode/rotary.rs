@@ -9,16 +9,20 @@ use crate::units::rad_from_deg;
 /// Letters of axes beside X, Y and Z.
 pub(super) const LETTERS: [u8; 6] = *b"ABCUVW";
 
+const FULL_TURN_DEG: f64 = 360.0;
+
 pub(super) struct Rotary<'a> {
-    /// From the base to the tool, as the job lists them.
+    /// As the job lists them: from the base to the tool, or to the work that they turn.
     axes: &'a [RotaryAxis],
     /// Angle of each, degrees.
     angles: Vec<f64>,
+    /// Whether it has gone to where the program does not say.
+    are_away: Vec<bool>,
 }
 
 impl<'a> Rotary<'a> {
     pub(super) fn new(axes: &'a [RotaryAxis]) -> Self {
-        Self { axes, angles: vec![0.0; axes.len()] }
+        Self { axes, angles: vec![0.0; axes.len()], are_away: vec![false; axes.len()] }
     }
 
     /// How far the block turns an axis at most, degrees; one that the job does not name must stay
@@ -45,24 +49,58 @@ impl<'a> Rotary<'a> {
             let angle = if by { self.angles[index] + word.value } else { word.value };
             turned = turned.max((angle - self.angles[index]).abs());
             self.angles[index] = angle;
+            self.are_away[index] &= by;
         }
         Ok(turned)
     }
 
+    /// The axes of a block go to a reference or a place of the machine.
+    pub(super) fn leave(&mut self, block: &Block) {
+        for (axis, is_away) in self.axes.iter().zip(&mut self.are_away) {
+            *is_away |= block.word(axis.letter).is_some();
+        }
+    }
+
+    /// An axis of which the program does not say where it is.
+    pub(super) fn away(&self) -> Option<char> {
+        let mut all = self.axes.iter().zip(&self.are_away);
+        all.find(|(_, is_away)| **is_away).map(|(axis, _)| char::from(axis.letter))
+    }
+
+    /// G92 and the like say anew what an axis has, or shift its zero: but for whole turns, the work
+    /// would lie elsewhere than the job says.
+    pub(super) fn count_anew(&mut self, block: &Block, is_shift: bool) -> Result<(), String> {
+        for word in block.words.iter().filter(|word| LETTERS.contains(&word.letter)) {
+            let of_job = self.axes.iter().position(|axis| axis.letter == word.letter);
+            match of_job.filter(|_| !is_shift).map(|index| &mut self.angles[index]) {
+                Some(angle) if (*angle - word.value) % FULL_TURN_DEG == 0.0 => *angle = word.value,
+                None if word.value == 0.0 => {}
+                _ => {
+                    let name = char::from(word.letter);
+                    return Err(format!("another zero of axis {name} is not supported"));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// The tool axis in the work.
     pub(super) fn tool_axis(&self) -> Unit<Vector3<f64>> {
-        let turn = |(axis, &angle): (&RotaryAxis, &f64)| {
-            let angle = rad_from_deg(angle);
-            Rotation3::from_axis_angle(&axis.axis, if axis.turns_work { -angle } else { angle })
-        };
-        let turns = self.axes.iter().zip(&self.angles).map(turn);
+        let of_tool = self.axes.iter().zip(&self.angles).filter(|(axis, _)| !axis.turns_work);
+        let turns = of_tool
+            .map(|(axis, angle)| Rotation3::from_axis_angle(&axis.axis, rad_from_deg(*angle)));
         let tool = turns.fold(Rotation3::identity(), |whole, next| whole * next);
-        Unit::new_normalize(tool * Vector3::z())
+        Unit::new_normalize(self.way_in_work(tool * Vector3::z()))
     }
 
     /// Whether the job names any.
     pub(super) fn is_named(&self) -> bool {
         !self.axes.is_empty()
+    }
+
+    /// Whether an axis turns the tool away from where it points at zero.
+    pub(super) fn turns_tool(&self) -> bool {
+        self.axes.iter().zip(&self.angles).any(|(axis, angle)| !axis.turns_work && *angle != 0.0)
     }
 
     /// Whether an axis turns the work, so that lines of the text are none in the work.
@@ -76,6 +114,14 @@ impl<'a> Rotary<'a> {
         of_work.fold(at, |at, (axis, angle)| {
             let turn = Rotation3::from_axis_angle(&axis.axis, -rad_from_deg(*angle));
             axis.origin_mm + turn * (at - axis.origin_mm)
+        })
+    }
+
+    /// A direction of the text in the work.
+    pub(super) fn way_in_work(&self, way: Vector3<f64>) -> Vector3<f64> {
+        let of_work = self.axes.iter().zip(&self.angles).filter(|(axis, _)| axis.turns_work);
+        of_work.fold(way, |way, (axis, angle)| {
+            Rotation3::from_axis_angle(&axis.axis, -rad_from_deg(*angle)) * way
         })
     }
 }

@@ -266,22 +266,30 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Rotary axes and tool directions of a block. The path is taken to be straight in the work,
-    /// and the shorter way round.
+    /// Rotary axes and tool directions of a block, and whether it turns any. The path is taken to
+    /// be straight in the work, and the shorter way round.
     pub(super) fn turn(
         &mut self,
         line: usize,
         block: &Block,
         is_rapid: bool,
-    ) -> Result<(), String> {
+    ) -> Result<bool, String> {
         let direction = DIRECTION.map(|letter| block.word(letter).map(|word| word.value));
-        if direction.iter().any(Option::is_some) {
+        let is_directed = direction.iter().any(Option::is_some);
+        if is_directed {
             // A component that is not given is zero.
             let axis = Vector3::from(direction.map(Option::unwrap_or_default));
             let axis = axis.try_normalize(1e-6).ok_or("A3, B3 and C3 give no direction")?;
             self.cutter.tilt(nalgebra::Unit::new_unchecked(axis));
         }
         let turned = self.rotary.turn(block, self.relative)?;
+        if let Some(name) = self.rotary.away() {
+            let what = format!(
+                "axis {name} has gone to where the program does not say, and is taken to be where \
+                 it was before; state {name} by a rapid move"
+            );
+            self.cutter.log.warning(Code::AxisIgnored, line, what);
+        }
         if turned > 0.0 {
             self.cutter.tilt(self.rotary.tool_axis());
         }
@@ -294,7 +302,7 @@ impl<'a> Machine<'a> {
             );
             self.cutter.log.warning(Code::MotionLeftOut, line, what);
         }
-        Ok(())
+        Ok(is_directed || turned > 0.0)
     }
 
     /// G28 and G30 go by way of the point that they name to the reference of its axes, or of all.
@@ -316,6 +324,7 @@ impl<'a> Machine<'a> {
     /// The axes that the block names, or all if it names none, go to where the program does not
     /// give.
     pub(super) fn leave(&mut self, line: usize, block: &Block, how: &str) {
+        self.rotary.leave(block);
         let names_none = !block.has_any(&AXES);
         let axes = AXES.map(|axis| names_none || block.word(axis).is_some());
         self.cutter.leave(line, axes, how);

@@ -93,9 +93,9 @@ impl Structure {
         found
     }
 
-    /// The first line of a file with this label, in upper case.
-    pub(super) fn label(&self, label: &str, file: &Range<usize>) -> Option<usize> {
-        self.labels.get(label)?.iter().copied().find(|line| file.contains(line))
+    /// The lines with this label, in upper case, in order.
+    pub(super) fn labelled(&self, label: &str) -> &[usize] {
+        self.labels.get(label).map_or(&[], Vec::as_slice)
     }
 
     pub(super) fn end(&self, line: usize, word: &str) -> Result<usize, String> {
@@ -107,6 +107,12 @@ impl Structure {
         let start = self.start_of.get(&line).copied();
         start.ok_or_else(|| format!("{word} closes nothing"))
     }
+}
+
+/// Of lines in order, the part that lies in a range.
+pub(super) fn within(lines: &[usize], range: Range<usize>) -> &[usize] {
+    let [from, to] = [range.start, range.end].map(|end| lines.partition_point(|own| *own < end));
+    lines.get(from..to).unwrap_or_default()
 }
 
 /// A line without the blanks, the `/` and the N word that it begins with.

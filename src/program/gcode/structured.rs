@@ -1,10 +1,10 @@
-//! Sinumerik's jumps, conditions and loops: GOTO with labels and block numbers, IF, FOR, WHILE,
-//! LOOP, REPEAT to UNTIL, and REPEAT of what stands behind a label (Siemens, SINUMERIK 840D sl/828D
-//! Job Planning, "Program jumps", "Control structures").
+//! Sinumerik's jumps, conditions and loops: GOTO with labels and block numbers, IF, CASE, FOR,
+//! WHILE, LOOP, REPEAT to UNTIL, and REPEAT of what stands behind a label (Siemens, SINUMERIK 840D
+//! sl/828D Job Planning, "Program jumps", "Control structures").
 
 use super::expression::{Key, Reader, not_vacant};
 use super::flow::Flow;
-use super::structure::{code, is_block, labelled, split, stripped};
+use super::structure::{code, is_block, labelled, split, stripped, within};
 
 impl Flow<'_> {
     /// Whether the line directs the flow; then it is done.
@@ -40,7 +40,8 @@ impl Flow<'_> {
                 }
             }
             "REPEAT" => self.repeat_from(rest, line)?,
-            "GOTO" | "GOTOF" | "GOTOB" => self.go_to(word, rest, line)?,
+            "GOTO" | "GOTOF" | "GOTOB" | "GOTOC" => self.go_to(word, rest, line)?,
+            "CASE" => self.case(rest, line)?,
             _ => return Err(format!("{word} is not supported")),
         }
         Ok(true)
@@ -61,9 +62,9 @@ impl Flow<'_> {
         if let Some(at) = upper.find("GOTO") {
             let (condition, jump) = rest.split_at(at);
             return match (self.truth(condition)?, split(jump)) {
-                (true, Some((word, rest))) => self.go_to(word, rest, line),
+                (true, Some((word, target))) => self.go_to(word, target, line),
                 (false, Some(_)) => Ok(()),
-                (_, None) => Err("IF: expected GOTO, GOTOF or GOTOB".to_owned()),
+                (_, None) => Err("IF: expected GOTO, GOTOF, GOTOB or GOTOC".to_owned()),
             };
         }
         let end = self.structure.end(line, "IF")?;
@@ -121,11 +122,18 @@ impl Flow<'_> {
         };
         let count = times.strip_prefix(['P', 'p']).and_then(|t| t.trim().strip_prefix('='));
         let count = count.ok_or("REPEAT of two labels is not supported")?;
-        let file = self.files.around(line);
-        let head = self.structure.label(&label.to_uppercase(), &file);
-        let head = head.filter(|head| *head < line);
-        let head = head.ok_or_else(|| format!("REPEAT: there is no label {label} before it"))?;
-        if self.structure.label("ENDLABEL", &(head..line)).is_some() {
+        let before = self.files.around(line).start..line;
+        let head = match within(self.structure.labelled(&label.to_uppercase()), before) {
+            [head] => *head,
+            [] => return Err(format!("REPEAT: there is no label {label} before it")),
+            _ => {
+                return Err(format!(
+                    "REPEAT: the label {label} stands more than once before it; give each a name \
+                     of its own"
+                ));
+            }
+        };
+        if !within(self.structure.labelled("ENDLABEL"), head..line).is_empty() {
             return Err("REPEAT up to ENDLABEL is not supported".to_owned());
         }
         let left = match self.repeats.remove(&line) {
@@ -146,30 +154,64 @@ impl Flow<'_> {
         Ok(())
     }
 
-    /// To a label or a block number: GOTOF forwards, GOTOB backwards, GOTO either way.
-    fn go_to(&mut self, word: &str, rest: &str, line: usize) -> Result<(), String> {
-        let target = rest.trim().to_uppercase();
-        let file = self.files.around(line);
+    /// To a label or a block number, of which each may stand more than once: GOTOF to the next
+    /// towards the end, GOTOB to the next towards the beginning, GOTO and GOTOC to either, the end
+    /// first. GOTOC goes on where there is none.
+    fn go_to(&mut self, word: &str, target: &str, line: usize) -> Result<(), String> {
+        let target = target.trim().to_uppercase();
         let digits = target.strip_prefix('N').filter(|digits| {
             !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
         });
-        let found = match digits.and_then(|digits| digits.parse().ok()) {
-            Some(number) => {
-                let ahead = self.numbered(number, line + 1..file.end);
-                let back = || self.last_numbered(number, line).filter(|at| file.contains(at));
-                match word {
-                    "GOTOF" => ahead,
-                    "GOTOB" => back(),
-                    _ => ahead.or_else(back),
-                }
-            }
-            None => self.structure.label(&target, &file).filter(|at| match word {
-                "GOTOF" => *at > line,
-                "GOTOB" => *at <= line,
-                _ => true,
-            }),
+        let all = match digits.and_then(|digits| digits.parse().ok()) {
+            Some(number) => self.numbered(number),
+            None => self.structure.labelled(&target),
         };
-        self.next = found.ok_or_else(|| format!("{word}: {target} is not there"))?;
+        let file = self.files.around(line);
+        let ahead = within(all, line + 1..file.end).first().copied();
+        // The block of the jump itself may be its place.
+        let back = within(all, file.start..line + 1).last().copied();
+        let found = match word {
+            "GOTOF" => ahead,
+            "GOTOB" => back,
+            _ => ahead.or(back),
+        };
+        match found {
+            Some(found) => self.next = found,
+            None if word == "GOTOC" => {}
+            None => return Err(format!("{word}: {target} is not there")),
+        }
         Ok(())
+    }
+
+    /// `CASE R1 OF 1 GOTOF A 2 GOTOB B DEFAULT GOTOF C`: where the value is none of these, without
+    /// DEFAULT, on to the next block.
+    fn case(&mut self, rest: &str, line: usize) -> Result<(), String> {
+        let wrong = "CASE: expected a number, OF, numbers each with a jump, and DEFAULT with one";
+        let mut reader = Reader::new(rest.as_bytes(), 0, &self.parameters);
+        let value = not_vacant(reader.expression()?)?;
+        if reader.letters() != "OF" {
+            return Err(wrong.to_owned());
+        }
+        if value.fract() != 0.0 {
+            return Err(format!("CASE: the value is {value}, must be a whole number"));
+        }
+        let words: Vec<&str> = rest.get(reader.at..).unwrap_or("").split_whitespace().collect();
+        let (cases @ [.., last], []) = words.as_chunks::<3>() else { return Err(wrong.to_owned()) };
+        let mut chosen = None;
+        for case in cases {
+            let [constant, jump, target] = case;
+            let Some((word, "")) = split(jump).filter(|(word, _)| word.starts_with("GOTO")) else {
+                return Err(wrong.to_owned());
+            };
+            let is_own = match constant.parse::<i32>() {
+                Ok(constant) => f64::from(constant) == value,
+                Err(_) if constant.eq_ignore_ascii_case("DEFAULT") && case == last => true,
+                Err(_) => return Err(wrong.to_owned()),
+            };
+            if is_own && chosen.is_none() {
+                chosen = Some((word, *target));
+            }
+        }
+        chosen.map_or(Ok(()), |(word, target)| self.go_to(word, target, line))
     }
 }

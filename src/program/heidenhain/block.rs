@@ -217,6 +217,15 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
         let (name_end, whole_end) = (at, at);
         // Q200 is a name; X10 is a letter and a number.
         let is_parameter = content.get(start..name_end) == Some("Q");
+        // `TOOL CALL Q11`.
+        if is_parameter
+            && words.last().is_some_and(|before: &Word<'_>| before.name == "CALL")
+            && let (Some(Held { value, span }), length) = parameter(content, start, parameters)
+        {
+            words.push(Word { name: "", value: Some(value), span, sign: None });
+            at = start + length;
+            continue;
+        }
         if is_parameter {
             while at < bytes.len() && bytes[at].is_ascii_digit() {
                 at += 1;

@@ -13,6 +13,11 @@ pub(super) const OTHER_KINDS: [&str; 3] = ["QL", "QR", "QS"];
 pub(super) const OTHERS: &str =
     "QL, QR and QS parameters are not read: have Q parameters with a number alone written";
 
+/// The radius of the tool in the spindle, with DR.
+pub(super) const RADIUS: u32 = 108;
+pub(super) const OF_TOOL: &str = "Q108 is the tool's radius, which TOOL CALL takes from the \
+     control's tool table: assume: {Q108: 5} in the job gives that of one tool";
+
 /// The value of a formula. Decimal commas are points.
 pub(super) fn value_of(text: &str, known: &Parameters) -> Result<f64, String> {
     let mut reader = Formula { bytes: text.as_bytes(), at: 0, known, depth: 0 };
@@ -172,9 +177,12 @@ impl Formula<'_> {
         let digits = rest.iter().take_while(|byte| byte.is_ascii_digit());
         let digits: String = digits.map(|byte| char::from(*byte)).collect();
         self.at += digits.len();
-        let known = digits.parse().ok().and_then(|number: u32| self.known.get(&number));
-        let value = known.map(|held| held.value);
-        value.ok_or_else(|| format!("Q{digits} is read, and the program has not set it"))
+        let number = digits.parse::<u32>().ok();
+        let value = number.and_then(|number| self.known.get(&number)).map(|held| held.value);
+        value.ok_or_else(|| match number {
+            Some(RADIUS) => OF_TOOL.to_owned(),
+            _ => format!("Q{digits} is read, and the program has not set it"),
+        })
     }
 }
 

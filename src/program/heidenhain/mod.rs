@@ -8,12 +8,14 @@
 //! object.
 
 mod approach;
+mod assumed;
 mod block;
 mod cycle;
 mod formula;
 mod lines;
 mod quiet;
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use nalgebra::{Vector2, Vector3};
@@ -27,9 +29,10 @@ use super::unread::{behind_end, left_over, read_as_run};
 use super::{Pace, Settings};
 use crate::notes::Code;
 use crate::units::mm_from_inch;
+use assumed::Given;
 use block::{Block, Parameters, Text, Word, blocks, content, parse};
 use cycle::Cycle;
-use formula::{OTHER_KINDS, OTHERS};
+use formula::{OF_TOOL, OTHER_KINDS, OTHERS, RADIUS};
 
 /// Blocks that repeats may run beyond one pass through the program.
 const BLOCKS_IN_LOOPS: usize = 1_000_000;
@@ -52,6 +55,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     }
     reader.run();
     reader.end_unknown();
+    reader.tell_unheeded();
     if let Some(line) = reader.first_to_skip() {
         read_as_run(reader.cutter.log, line);
     }
@@ -102,8 +106,9 @@ struct Reader<'a, 't> {
     is_refused: bool,
     /// F of the last TOOL CALL, which FAUTO means.
     feed_of_tool: Option<Feed>,
-    /// What formulas and FN 0 to 8 and 13 have set.
+    /// What formulas and FN 0 to 8 and 13 have set, or the job gives.
     parameters: Parameters,
+    given: Given<'a>,
     /// Cycle 7: where the program's zero is in the work object, mm.
     shift: Vector3<f64>,
     /// A line that RND or CHF cuts off.
@@ -134,6 +139,7 @@ impl<'a, 't> Reader<'a, 't> {
                 }
             }
         }
+        let (given, parameters) = Given::new(&settings.assume);
         Self {
             cutter: Cutter::new(settings, log),
             budget: blocks.len().saturating_mul(2).saturating_add(BLOCKS_IN_LOOPS),
@@ -148,7 +154,8 @@ impl<'a, 't> Reader<'a, 't> {
             cycle: None,
             is_refused: false,
             feed_of_tool: None,
-            parameters: Parameters::new(),
+            parameters,
+            given,
             shift: Vector3::zeros(),
             corner: None,
             heading: None,
@@ -174,10 +181,11 @@ impl<'a, 't> Reader<'a, 't> {
             }
             self.budget -= 1;
             let block = self.parsed(text);
-            let content = content(text.parts[0].1);
+            let content = joined(text);
             self.ran[self.next] = true;
             self.next += 1;
-            if let Err(what) = self.block(line, content, &block) {
+            self.given.heed(&content);
+            if let Err(what) = self.block(line, &content, &block) {
                 self.cutter.log.error(Code::Motion, line, what);
             }
         }
@@ -214,6 +222,7 @@ impl<'a, 't> Reader<'a, 't> {
         {
             let is_other = block.words.iter().any(|word| OTHER_KINDS.contains(&word.name));
             let own = "Q parameters in words are read only where the program has set them";
+            let own = if block.words.iter().any(is_radius) { OF_TOOL } else { own };
             return Err(if is_other { OTHERS } else { own }.to_owned());
         }
         let without = without_handwheel(block);
@@ -310,6 +319,7 @@ impl<'a, 't> Reader<'a, 't> {
         let named = block.words.iter().filter_map(|word| word.name.strip_prefix('Q'));
         for number in named.filter_map(|digits| digits.parse().ok()) {
             self.parameters.remove(&number);
+            self.given.close(number);
         }
     }
 
@@ -325,6 +335,7 @@ impl<'a, 't> Reader<'a, 't> {
         let value = formula::value_of(formula, &self.parameters);
         // What a formula that is not read would have set is not known.
         self.parameters.remove(&number);
+        self.given.close(number);
         if self.cycle.as_ref().is_some_and(|cycle| cycle.has(number)) {
             return Err(format!("Q{number} of a cycle that is defined is changed: not supported"));
         }
@@ -370,9 +381,13 @@ impl<'a, 't> Reader<'a, 't> {
         if block.name(1) != "CALL" {
             return Ok(());
         }
+        let has_loaded = self.given.has_loaded();
         match block.quoted.map(|name| (name, self.cutter.number_of(name).map(f64::from))) {
             Some((_, Some(number))) => self.load(number)?,
-            Some((name, None)) => self.cutter.named_tool(line, name),
+            Some((name, None)) => {
+                self.cutter.named_tool(line, name);
+                self.measure(has_loaded);
+            }
             None => {}
         }
         let unknown = |word: &&Word<'_>| {
@@ -383,6 +398,9 @@ impl<'a, 't> Reader<'a, 't> {
         }
         if let Some(number) = block.words.get(2).filter(|word| word.name.is_empty()) {
             self.load(number.value.unwrap_or(0.0))?;
+        }
+        if self.given.changes_dr(block.get("DR").unwrap_or(0.0)) {
+            self.measure(true);
         }
         if block.get("DL").is_some_and(|by| by != 0.0) {
             let what = "DL changes the tool's length: the job's tcp is used";
@@ -404,9 +422,11 @@ impl<'a, 't> Reader<'a, 't> {
 
     fn load(&mut self, number: f64) -> Result<(), String> {
         // The one in the spindle again: its speed or feed changes.
-        if self.cutter.has_other_than(number) {
+        let is_other = self.cutter.has_other_than(number);
+        if is_other {
             self.cutter.change();
         }
+        self.measure(is_other);
         self.cutter.tool(number)
     }
 
@@ -543,6 +563,23 @@ impl<'a, 't> Reader<'a, 't> {
         }
         Ok(())
     }
+}
+
+/// The text of a block, its continued lines joined.
+fn joined<'t>(text: &Text<'t>) -> Cow<'t, str> {
+    let first = content(text.parts[0].1);
+    if text.parts.len() == 1 {
+        return Cow::Borrowed(first);
+    }
+    let others = text.parts.iter().skip(1);
+    let others = others.map(|part| part.1.split(';').next().unwrap_or("").trim());
+    Cow::Owned(std::iter::once(first).chain(others).collect::<Vec<_>>().join(" "))
+}
+
+/// A word that reads Q108.
+fn is_radius(word: &Word<'_>) -> bool {
+    let is_number = word.value == Some(f64::from(RADIUS));
+    word.name == "Q108" || word.name.len() > 1 && word.name.ends_with('Q') && is_number
 }
 
 /// The block without M118 and the axes behind it: how far the handwheel may shift them. `None` if

@@ -136,6 +136,7 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
         ("SPINDL/3721,RPM,CLW,MAXRPM,3700", "3721 rpm is above the largest speed there, 3700 rpm"),
         ("UNITS/CM", "CM is not supported"),
         ("CYCLE/DRILL,10,100,2,9,MMPM", "numbers without keywords"),
+        ("CYCLE/BORE,14,0,0,2,85,1,355,ON,0,0,1000", "behind them ON and more"),
         ("CYCLE/DRILL,CLEAR,2", "depth is missing"),
         ("CYCLE/MILL,DEPTH,2", "'MILL' is not understood"),
         ("GOABS/1,2,3", "GOTO points"),

@@ -2,7 +2,10 @@
 
 use detune::motion::{Target, Timing};
 use detune::notes::Code;
-use detune::program::{Dialect, Program, Spindle, SpindleCommand, read};
+use detune::program::{
+    Assumed, Dialect, Program, RotaryAxis, Settings, Spindle, SpindleCommand, read,
+};
+use nalgebra::Vector3;
 
 use super::support::{assert_ends, assert_pose, at, end, ended, faults, lines, pose, settings};
 
@@ -438,4 +441,148 @@ fn loops_are_left_and_gone_on_with() {
     assert_ends(&found, &[0.0, 4.0, 5.0, 6.0].map(|x| place(x, 0.0)));
     let outside = faults(&format!("{start}o3 continue"), Dialect::GCode);
     assert!(outside[0].what.contains("CONTINUE outside of a loop"), "{outside:?}");
+}
+
+/// Axes A about x and C about z, of which A carries C where they turn the work.
+fn with_axes(turns_work: bool) -> Settings {
+    let axis = |letter, axis| RotaryAxis { letter, axis, turns_work, origin_mm: Vector3::zeros() };
+    let rotary_axes = vec![axis(b'A', Vector3::x_axis()), axis(b'C', Vector3::z_axis())];
+    Settings { rotary_axes, ..settings() }
+}
+
+fn turned(text: &str) -> Program {
+    read(ended(text, Dialect::GCode).as_bytes(), Dialect::GCode, &with_axes(true)).unwrap()
+}
+
+/// Which way the tool points in the work.
+fn tool(program: &Program, index: usize) -> Vector3<f64> {
+    end(&program.moves[index]).1.rotation * Vector3::z()
+}
+
+/// A turns the work by -90°: (x, y, z) of the text is (x, z, -y) of the work; at 180°, (x, -y, -z).
+#[test]
+fn rotary_axes_turn_between_the_holes_of_a_cycle() {
+    let hole = |x: f64| [50.0, 2.0, -5.0, 2.0, 50.0].map(|z| ('L', [x, 0.0, z]));
+    let turned_by = |by: fn(f64) -> [f64; 2]| {
+        move |(way, [x, _, z]): (char, [f64; 3])| {
+            let [y, z] = by(z);
+            (way, [x, y, z])
+        }
+    };
+    let (quarter, half) = (turned_by(|z| [z, 0.0]), turned_by(|z| [0.0, -z]));
+    let start = "G0 X10 Y0 Z50 A0\n";
+    let first = hole(10.0).to_vec();
+    let expected = |second: f64, third: f64| {
+        [&first[..], &hole(second).map(quarter), &hole(third).map(half)].concat()
+    };
+    // In blocks of positions, with a place and alone; the axis stays where it is behind G80.
+    let program = turned(&format!("{start}G81 Z-5 R2 F300\nA90\nX20 A180\nG80\nG0 Z60"));
+    assert_ends(&program, &[&expected(10.0, 20.0)[..], &[('L', [20.0, 0.0, -60.0])]].concat());
+    assert_eq!(lines(&program)[5..], [3, 3, 3, 3, 3, 4, 4, 4, 4, 4, 6]);
+    assert!((tool(&program, 0) - Vector3::new(0.0, 0.0, -1.0)).norm() < 1e-9);
+    assert!((tool(&program, 5) - Vector3::new(0.0, -1.0, 0.0)).norm() < 1e-9);
+    assert!((tool(&program, 9) - Vector3::new(0.0, -1.0, 0.0)).norm() < 1e-9);
+    assert!((tool(&program, 14) - Vector3::new(0.0, 0.0, 1.0)).norm() < 1e-9);
+    assert!(program.warnings.iter().all(|note| note.code != Code::MotionLeftOut));
+    // In the block of the cycle, and by relative words in each of its repeats.
+    let relative = turned(&format!(
+        "{start}G81 Z-5 R2 A0 F300\nG80\nG91 G81 X5 A90 Z-7 R-48 L2\nG80\nG90 G0 Z60"
+    ));
+    assert_ends(&relative, &[&expected(15.0, 20.0)[..], &[('L', [20.0, 0.0, -60.0])]].concat());
+    // Behind the last hole the work is turned back.
+    let back = turned(&format!("{start}G81 Z-5 R2 A90 F300\nA0\nG80"));
+    let holes = [hole(10.0).map(quarter), hole(10.0)].concat();
+    assert_ends(&back, &[&first[..1], &holes[..]].concat());
+    // The path starts over the hole.
+    let begun = turned("G0 Z50\nG81 X10 Y0 Z-5 R2 A90 F300\nG80");
+    assert_ends(&begun, &hole(10.0).map(quarter));
+    // From below R the tool comes up before it turns.
+    let low = turned("G0 X10 Y0 Z1\nG81 Z-5 R2 A90 F300\nG80");
+    let up = [('L', [10.0, 0.0, 1.0]), ('L', [10.0, 0.0, 2.0])];
+    let turned_hole = [2.0, -5.0, 2.0].map(|y| ('L', [10.0, y, 0.0]));
+    assert_ends(&low, &[&up[..], &turned_hole[..]].concat());
+    // More than half a turn may be either way round.
+    let far = turned(&format!("{start}G81 Z-5 R2 F300\nA200\nG80"));
+    let doubts = far.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+    assert_eq!(doubts.map(at).collect::<Vec<_>>(), [3]);
+}
+
+#[test]
+fn rotary_axes_that_no_hole_follows_are_refused() {
+    let start = "G0 X10 Y0 Z50\n";
+    for text in ["G81 Z-5 R2 F300\nA45", "G81 Z-5 R2 F300\nX20 A45", "G83 A45 Z-5 R2 Q1 F300"] {
+        let found = faults(&format!("{start}{text}"), Dialect::GCode);
+        assert!(found[0].what.contains("axis A moves"), "{text}: {found:?}");
+        assert_eq!(at(&found[0]), 1 + text.lines().count());
+    }
+    assert_eq!(gcode(&format!("{start}G81 Z-5 R2 A0 F300\nX20 A0")).moves.len(), 10);
+    let refused = |text: &str, turns_work: bool, said: &str| {
+        let text = ended(&format!("{start}{text}"), Dialect::GCode);
+        let found = read(text.as_bytes(), Dialect::GCode, &with_axes(turns_work)).unwrap_err();
+        assert!(found[0].what.contains(said), "{text}: {found:?}");
+    };
+    refused("G81 Z-5 R2 A45 F300", false, "across the tool");
+    refused("G0 A45\nG81 Z-5 R2 F300", false, "across the tool");
+    refused("G81 Z-5 R2 A45 L0 F300", true, "L0 or K0");
+}
+
+/// Where two axes turn the work, the first of the list carries the second.
+#[test]
+fn places_and_tool_turn_alike_by_two_axes_of_the_work() {
+    // A by 90°: (10, 50, 0); then C: (50, -10, 0).
+    let program = turned("G0 X10 Y0 Z50 A90 C90\nG81 Z-5 R2 F300\nG80");
+    let ends = [50.0, 2.0, -5.0, 2.0, 50.0].map(|x| ('L', [x, -10.0, 0.0]));
+    assert_ends(&program, &ends);
+    assert!((tool(&program, 0) - Vector3::new(-1.0, 0.0, 0.0)).norm() < 1e-9);
+}
+
+/// The reference of a rotary axis is not in the program, and another zero would be another place.
+#[test]
+fn a_rotary_axis_goes_to_its_reference_or_counts_anew() {
+    let told = |text: &str| -> Vec<usize> {
+        let program = turned(&format!("G0 X10 Y0 Z50 A90\n{text}"));
+        program.warnings.iter().filter(|note| note.code == Code::AxisIgnored).map(at).collect()
+    };
+    assert_eq!(told("G28 A0\nG0 X10 Y0 Z50\nX20"), [3]);
+    assert_eq!(told("G53 Z0 A0\nG0 Z50\nA0"), [3]);
+    assert!(told("G28 A0\nG0 X10 Y0 Z50 A0\nX20").is_empty());
+    // 360° is 0°, from where the work turns by 90°.
+    let unwound = turned("G0 X10 Y0 Z50 A360\nG92 A0\nG81 Z-5 R2 A90 F300\nG80");
+    let hole = [50.0, 2.0, -5.0, 2.0, 50.0].map(|y| ('L', [10.0, y, 0.0]));
+    assert_ends(&unwound, &[&[('L', [10.0, 0.0, 50.0])], &hole[..]].concat());
+    assert!(unwound.warnings.iter().all(|note| note.code != Code::MotionLeftOut));
+    for block in ["G92 A30", "G10 L20 P1 A30", "G52 A5", "G10 L2 P1 A5"] {
+        let text = ended(&format!("G0 X10 Y0 Z50 A0\n{block}\nX20"), Dialect::GCode);
+        let found = read(text.as_bytes(), Dialect::GCode, &with_axes(true)).unwrap_err();
+        assert!(found[0].what.contains("another zero of axis A"), "{block}: {found:?}");
+    }
+}
+
+/// LinuxCNC's word for the spindle: 0 is the main one, -1 are all.
+#[test]
+fn the_main_spindle_may_be_named() {
+    for number in ["$0", "$-1"] {
+        let program = gcode(&format!(
+            "S1200 {number}\nM3 {number}\nG0 X0 Y0 Z5\nG1 X20 F100\nM5 {number}\nG0 X0"
+        ));
+        let spindle = |index: usize| program.moves[index].stated.spindle;
+        assert_eq!(spindle(1), Some(Spindle::Turns(Some(1200.0))), "{number}");
+        assert_eq!(spindle(2), Some(Spindle::Stands), "{number}");
+    }
+    for block in ["S500 $1", "M3 $1", "M19 R30 $2"] {
+        let text = format!("S1200 M3\nG0 X0 Y0 Z5\n{block}\nG1 X20 F100");
+        let found = faults(&text, Dialect::GCode);
+        assert!(found[0].what.contains("another spindle"), "{block}: {found:?}");
+    }
+}
+
+#[test]
+fn what_the_job_assumes_in_vain_is_told() {
+    let assume = [("#1", Assumed::Number(2.0)), ("di_1", Assumed::Truth(true))];
+    let assume = assume.map(|(name, value)| (name.to_owned(), value)).into();
+    let settings = Settings { assume, ..settings() };
+    let text = "G0 X0 Y0 Z5\n#1=3\nX#1\nM2\n";
+    let program = read(text.as_bytes(), Dialect::GCode, &settings).unwrap();
+    let told = program.warnings.iter().filter(|note| note.code == Code::Unused);
+    assert_eq!(told.map(at).collect::<Vec<_>>(), [2]);
 }

@@ -1,7 +1,9 @@
 //! Heidenhain's conversational language as milling posts write it.
 
 use detune::notes::{Code, Note};
-use detune::program::{Dialect, NewSpeed, Program, Rewrite, Settings, Spindle, read, rewrite};
+use detune::program::{
+    Assumed, Dialect, NewSpeed, Program, Rewrite, Settings, Spindle, read, rewrite,
+};
 
 use super::support::{assert_ends, at, end, lines, settings};
 
@@ -341,5 +343,79 @@ fn the_preset_under_which_the_path_starts_is_the_job_s_work_object() {
         let program = conversational(&text).unwrap();
         let told = program.warnings.iter().filter(|note| note.code == Code::ChangeIgnored);
         assert_eq!(told.map(at).collect::<Vec<_>>(), lines, "{text}");
+    }
+}
+
+#[test]
+fn a_parameter_gives_the_number_of_a_tool() {
+    let text = |call: &str| {
+        format!(
+            "0 BEGIN PGM A MM\n1 FN 0: Q11 =+3\n2 TOOL CALL {call} Z S5504 F5500\n\
+             3 L X+0 Y+0 Z+10 R0 FMAX M3\n4 L Z-5 F AUTO\n5 END PGM A MM\n"
+        )
+    };
+    let program = conversational(&text("Q11")).unwrap();
+    assert_ends(&program, &[('L', [0.0, 0.0, 10.0]), ('L', [0.0, 0.0, -5.0])]);
+    assert_eq!(program.moves[1].stated.tool, Some(3));
+    assert_eq!((program.moves[1].feed_m_per_s * 6e4).round(), 5500.0);
+    let found = conversational(&text("Q12")).unwrap_err();
+    assert!(found[0].what.contains("Q parameters") && at(&found[0]) == 3, "{found:?}");
+}
+
+#[test]
+fn formulas_go_on_in_the_next_line() {
+    let program = conversational(
+        "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+10 R0 FMAX\n2 Q4 = 1 + ( 2 * ~\n    3 ) + 4 ; ELEVEN\n\
+         Q5 = Q4 - ~\n  SQRT ~\n  4\n3 L X+Q4 F100\n4 L X+Q5\n5 END PGM A MM\n",
+    )
+    .unwrap();
+    assert_ends(&program, &[0.0, 11.0, 9.0].map(|x| ('L', [x, 0.0, 10.0])));
+}
+
+/// Q108, the radius of the tool, is in the control's tool table.
+#[test]
+fn the_job_gives_the_radius_of_the_tool() {
+    let assuming = |name: &str, text: &str| {
+        let assume = [(name.to_owned(), Assumed::Number(5.0))].into();
+        let settings = Settings { assume, ..settings() };
+        let text = format!(
+            "BEGIN PGM A MM\nTOOL CALL 3 Z S5504 F500\nL X+0 Y+0 Z+10 R0 FMAX M3\n{text}\
+             END PGM A MM\n"
+        );
+        read(text.as_bytes(), Dialect::Heidenhain, &settings)
+    };
+    let end_at = |program: &Program| end(program.moves.last().unwrap()).1.translation.x * 1e3;
+    let told = |program: &Program| -> Vec<usize> {
+        program.warnings.iter().filter(|note| note.code == Code::Unused).map(at).collect()
+    };
+    for (name, text, expected) in [
+        ("q108", "L X+Q108\n", 5.0),
+        ("q108", "Q1 = Q108 * 2\nL X+Q1\n", 10.0),
+        ("q108", "TOOL CALL 3 S5000\nL X-Q108\n", -5.0),
+        ("q7", "L X+Q7\n", 5.0),
+    ] {
+        let program = assuming(name, text).unwrap();
+        assert!((end_at(&program) - expected).abs() < 1e-9, "{text}");
+        assert!(told(&program).is_empty(), "{text}");
+    }
+    for (name, text) in [
+        ("di_1", "L X+Q108\n"),
+        ("di_1", "Q1 = Q108 + 1\n"),
+        // Of another tool, or with another DR.
+        ("q108", "TOOL CALL 4 Z S5000\nL X+Q108\n"),
+        ("q108", "TOOL CALL 3 DR+0.1\nL X+Q108\n"),
+        // TOOL CALL sets it anew.
+        ("di_1", "Q108 = 3\nTOOL CALL 3 S5000\nL X+Q108\n"),
+    ] {
+        let found = assuming(name, text).unwrap_err();
+        assert!(found[0].what.contains("tool table"), "{text}: {found:?}");
+    }
+    for (name, text, lines) in [
+        ("q108", "Q108 = 3\nL X+Q108\n", vec![4]),
+        ("q7", "L X+1\nFN 0: Q7 =+1\nL X+Q7\n", vec![5]),
+        ("q108", "L X+1\n", vec![]),
+        ("s5504", "L X+1\n", vec![2]),
+    ] {
+        assert_eq!(told(&assuming(name, text).unwrap()), lines, "{text}");
     }
 }

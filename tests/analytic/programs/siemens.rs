@@ -1,7 +1,7 @@
 //! Sinumerik's drilling cycles and helices of several turns.
 
 use detune::notes::{Code, Note};
-use detune::program::{Dialect, Program, RotaryAxis, Settings, read};
+use detune::program::{Companion, Dialect, Program, RotaryAxis, Settings, read};
 
 use super::support::{assert_ends, at, end, settings};
 
@@ -242,8 +242,90 @@ fn jumps_conditions_and_loops() {
     refused("R1=1\nIF R1>0\nG1 X1\n", "IF is not closed");
     refused("GOTOB NOWHERE\nG1 X1\n", "NOWHERE is not there");
     refused("G1 X1\nREPEAT PART P=2\n", "no label PART");
-    refused("CASE R1 OF 1 GOTOF A\n", "CASE is not supported");
+    refused("CASE R1 OF 1 GOTOF A\n", "R1 is read");
     refused("G1 X1\nPOCKET_A\n", "calls a subprogram");
+}
+
+/// GOTOF goes to the next of its places towards the end, GOTOB towards the beginning, GOTO and
+/// GOTOC to either, the end first.
+#[test]
+fn labels_and_block_numbers_that_stand_more_than_once() {
+    for [first, second] in [["MARK: ", "MARK"], ["N10 ", "N10"]] {
+        let back = format!(
+            "R1=0\n{first}G1 X=10+R1\nR1=R1+1\nIF R1<2 GOTOB {second}\nG0 X5\n\
+             {first}G1 X=20+R1\nR1=R1+1\nIF R1<4 GOTOB {second}\n"
+        );
+        assert_xs(&back, &[10.0, 11.0, 5.0, 22.0, 23.0]);
+        let ahead = format!("{first}G1 X1\nGOTOF {second}\nX2\n{first}X3\n{first}X4\n");
+        assert_xs(&ahead, &[1.0, 3.0, 4.0]);
+        for word in ["GOTO", "GOTOC"] {
+            let either =
+                format!("R1=0\n{first}R1=R1+1\nG1 X=R1\nIF R1<3 {word} {second}\nX7\n{first}X5\n");
+            assert_xs(&either, &[1.0, 5.0]);
+            let only = either.replace(&format!("{first}X5\n"), "");
+            assert_xs(&only, &[1.0, 2.0, 3.0, 7.0]);
+        }
+    }
+    assert_xs("GOTOC NOWHERE\nG1 X1\n", &[1.0]);
+    refused("GOTOF NOWHERE\nG1 X1\n", "NOWHERE is not there");
+    refused("MARK:\nG1 X1\nMARK:\nX2\nREPEAT MARK P=1\n", "more than once");
+}
+
+#[test]
+fn a_case_jumps_by_its_value() {
+    let places = "ZIEL8: X8\nZIEL9: X9\nZIEL0: X3\n";
+    let all = [8.0, 9.0, 3.0];
+    for (value, expected) in [("8", &all[..]), ("9", &all[1..]), ("-1", &all[2..])] {
+        let text = format!(
+            "R1={value}\nG1\nCASE(R1*2-R1) OF 8 GOTOF ZIEL8 9 GOTOF ZIEL9 DEFAULT GOTOF ZIEL0\n\
+             X1\n{places}"
+        );
+        assert_xs(&text, expected);
+    }
+    let text = format!("R1=5\nG1\nCASE R1 OF 8 GOTOF ZIEL8\nX1\n{places}");
+    assert_xs(&text, &[1.0, 8.0, 9.0, 3.0]);
+    refused("R1=1\nCASE R1 OF\n", "CASE: expected");
+    refused("R1=1\nCASE R1 OF 1 GOTOF\n", "CASE: expected");
+    refused("R1=1\nCASE R1 OF DEFAULT GOTOF A 1 GOTOF B\n", "CASE: expected");
+    refused("R1=1.5\nCASE R1 OF 1 GOTOF A\n", "whole number");
+}
+
+/// Values are handed over; what the subprogram does with them stays there.
+#[test]
+fn subprograms_have_parameters() {
+    let with = |head: &str, text: &str| {
+        let slot =
+            format!("; A SLOT\n{head}\nIF COUNT>0\nG1 X=LONG Y=COUNT\nENDIF\nCOUNT=0\nRET\n");
+        let companions = vec![Companion { name: "SLOT.spf".to_owned(), text: slot }];
+        let settings = Settings { companions, ..settings() };
+        read(format!("{HEAD}{text}M30\n").as_bytes(), Dialect::Sinumerik, &settings)
+    };
+    let head = "PROC SLOT(REAL LONG, INT COUNT)";
+    let text = "EXTERN SLOT(REAL, INT)\nDEF REAL COUNT\nR1=7\nCOUNT=1.5\nSLOT(R1+1.5, 2.6)\n\
+                X=COUNT\nCOUNT=2.5\nX=COUNT\nSLOT(4,-1)\nSLOT(4,1)\n";
+    assert_ends(
+        &with(head, text).unwrap(),
+        &[
+            ('L', [0.0, 0.0, 50.0]),
+            // The whole number is rounded, that of the caller is none.
+            ('L', [8.5, 3.0, 50.0]),
+            ('L', [1.5, 3.0, 50.0]),
+            ('L', [2.5, 3.0, 50.0]),
+            ('L', [4.0, 1.0, 50.0]),
+        ],
+    );
+    for (head, text, said) in [
+        (head, "SLOT(20)\n", "1 values for the 2 parameters"),
+        (head, "SLOT\n", "0 values for the 2 parameters"),
+        (head, "SLOT(20,)\n", "without a value"),
+        (head, "SLOT(R5,1)\n", "R5 is read"),
+        (head, "SLOT(20,1) P2\n", "P beside parameters"),
+        ("PROC SLOT(VAR REAL LONG, INT COUNT)", "SLOT(20,1)\n", "called by value alone"),
+        ("PROC SLOT(STRING[5] LONG, INT COUNT)", "SLOT(20,1)\n", "called by value alone"),
+    ] {
+        let found = with(head, text).unwrap_err();
+        assert!(found[0].what.contains(said), "{text}: {found:?}");
+    }
 }
 
 #[test]

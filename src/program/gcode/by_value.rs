@@ -1,0 +1,63 @@
+//! Parameters of Sinumerik's subprograms: `PROC SLOT(REAL LENGTH, INT COUNT)`, called by value
+//! (Siemens, SINUMERIK 840D sl/828D Job Planning, "Subprograms").
+
+use super::expression::{Key, Parameters};
+use super::siemens::arguments;
+use super::structure::{code, stripped};
+
+/// What a call gives the parameters that the head of a subprogram names; its lines begin with it.
+pub(super) fn given(
+    name: &str,
+    inside: &str,
+    lines: &[(usize, &str)],
+    known: &Parameters,
+) -> Result<Vec<(Key, f64)>, String> {
+    let keys = head(name, lines)?;
+    let values = match inside.trim() {
+        "" => Vec::new(),
+        inside => arguments(name, inside, known)?,
+    };
+    if keys.len() != values.len() {
+        return Err(format!(
+            "'{name}' calls a subprogram with {} values for the {} parameters of its PROC: have \
+             all written",
+            values.len(),
+            keys.len()
+        ));
+    }
+    let missing = || format!("{name}: a parameter without a value is not supported");
+    keys.into_iter().zip(values).map(|(key, value)| Ok((key, value.ok_or_else(missing)?))).collect()
+}
+
+/// The parameters that PROC names, in order; none where the subprogram has no PROC.
+fn head(name: &str, lines: &[(usize, &str)]) -> Result<Vec<Key>, String> {
+    let mut codes = lines.iter().map(|(_, line)| code(stripped(line)));
+    let first = codes.find(|own| !(own.is_empty() || own.starts_with('%')));
+    let Some((word, head)) = first.and_then(|own| own.split_once(char::is_whitespace)) else {
+        return Ok(Vec::new());
+    };
+    let Some((_, behind)) = head.split_once('(').filter(|_| word.eq_ignore_ascii_case("PROC"))
+    else {
+        return Ok(Vec::new());
+    };
+    let (list, _) = behind.split_once(')').ok_or("a parenthesis is not closed")?;
+    if list.trim().is_empty() {
+        return Ok(Vec::new());
+    }
+    let key = |own: &str| {
+        let words: Vec<String> = own.split_whitespace().map(str::to_lowercase).collect();
+        let is_name = |name: &str| name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        match words.as_slice() {
+            [kind, own] if kind == "real" && is_name(own) => Ok(Key::Name(own.clone())),
+            [kind, own] if matches!(kind.as_str(), "int" | "bool") && is_name(own) => {
+                Ok(Key::Whole(own.clone()))
+            }
+            _ => Err(format!(
+                "{name}: the parameter '{}' of PROC is not supported: REAL, INT and BOOL that are \
+                 called by value alone",
+                own.trim()
+            )),
+        }
+    };
+    list.split(',').map(key).collect()
+}
