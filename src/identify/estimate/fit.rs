@@ -27,6 +27,13 @@ pub(super) struct Effort {
 /// For the choice among several starts.
 pub(super) const COARSE: Effort = Effort { steps: 8, negligible: 0.1 };
 
+impl Effort {
+    /// Where less than such a gain does not matter.
+    pub(super) fn for_gains_of(self, gain: f64) -> Self {
+        Self { negligible: self.negligible.max(gain), ..self }
+    }
+}
+
 /// For the decision whether a pole is significant.
 pub(super) const NORMAL: Effort = Effort { steps: 30, negligible: 1e-3 };
 
@@ -49,6 +56,8 @@ pub(super) struct Part {
     pub(super) sensitivities: Vec<Vec<f64>>,
     /// Weighted residual: real parts of all lines, then imaginary parts; unit variance.
     pub(super) residual: Vec<f64>,
+    /// Its share of Jᵀr.
+    pub(super) gradient: DVector<f64>,
 }
 
 /// All spectra at given poles.
@@ -186,14 +195,13 @@ struct Share {
     part: Part,
     sum_of_squares: f64,
     normal: DMatrix<f64>,
-    gradient: DVector<f64>,
 }
 
 impl Evaluation {
     fn add(&mut self, share: Share) {
         self.sum_of_squares += share.sum_of_squares;
         self.normal += share.normal;
-        self.gradient += share.gradient;
+        self.gradient += &share.part.gradient;
         self.parts.push(share.part);
     }
 }
@@ -223,8 +231,9 @@ impl Share {
         };
         let sensitivities = shares.column_iter().map(back).collect();
         let sum_of_squares = dot(&residual, &residual);
-        let part = Part { block: at, response, projection, factors, sensitivities, residual };
-        Self { part, sum_of_squares, normal, gradient }
+        let part =
+            Part { block: at, response, projection, factors, sensitivities, residual, gradient };
+        Self { part, sum_of_squares, normal }
     }
 }
 
@@ -428,6 +437,22 @@ impl Fit {
             inverse[(i, j)] / (scale[i] * scale[j])
         });
         covariance.iter().all(|v| v.is_finite()).then_some(covariance)
+    }
+}
+
+impl Fit {
+    /// Covariance as the responses show it by how far apart each would have the poles, whatever
+    /// their errors share among lines (White, Maximum likelihood estimation of misspecified models,
+    /// Econometrica 50, 1982, eq. 3.2, each response one observation); `None` for a single one.
+    pub(super) fn covariance_between(&self) -> Option<DMatrix<f64>> {
+        let parts = &self.evaluation.parts;
+        let count = parts.len() as f64;
+        let inverse = self.covariance()?;
+        let mut meat = DMatrix::zeros(inverse.nrows(), inverse.ncols());
+        for part in parts {
+            meat += &part.gradient * part.gradient.transpose();
+        }
+        (parts.len() > 1).then(|| &inverse * (meat * (count / (count - 1.0))) * &inverse)
     }
 }
 

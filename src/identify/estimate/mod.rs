@@ -23,6 +23,7 @@ pub(super) mod hann;
 mod impacts;
 mod leakage;
 pub(super) mod lscf;
+mod merge;
 mod noise;
 pub(super) mod peaks;
 mod projection;
@@ -32,12 +33,13 @@ pub(super) mod subspace;
 mod unexplained;
 mod window;
 
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use nalgebra::{DMatrix, DVector, Vector2};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use bands::Band;
 pub(super) use block::{Block, C64, ForceSample, OF_SENSORS, Origin, Pole};
 use fit::{Fit, Part, parameters_of};
+use merge::{have_one_shape, merged, shape_of};
 use window::{Doubt, Rival, share_of_rival};
 
 use crate::statistics::chi_squared_bound;
@@ -123,7 +125,13 @@ pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole], most: usize) -> Op
         }
         rival = Rival::of(blocks, &fit);
     }
-    if let Some(rival) = &rival {
+    beside_rival(blocks, fit, rival)
+}
+
+/// Without leakage where there is none, with the doubt of the window. Where each response has a
+/// mode in another place, the sharpest of them would have it alone.
+fn beside_rival(blocks: &[Block], mut fit: Fit, rival: Option<Rival>) -> Option<Estimate> {
+    if let Some(rival) = rival.as_ref().filter(|_| have_one_place(blocks, &fit)) {
         let sharper = rival.without_leakage(blocks, fit.clone());
         fit = if sharper.covariance().is_some() { sharper } else { fit };
     }
@@ -137,7 +145,7 @@ fn fitted_poles(blocks: &mut [Block], starts: &[Pole], most: usize) -> Option<Fi
     if let Some(moving) = moving_before(blocks, &fit) {
         fit = moving;
     }
-    merge_within_lines(blocks, &mut fit);
+    fit = merged(blocks, fit);
     drop_outside_band(blocks, &mut fit);
     Some(fit)
 }
@@ -168,7 +176,6 @@ fn in_bands(
         blocks[0].origin = better.origin.clone();
         return in_bands(blocks, starts, bands, most, fits_together, false);
     }
-    let share = share_of_rival(gain);
     let known: Vec<Pole> =
         bands.iter().zip(&first).flat_map(|(band, (_, fit))| band.own(&fit.poles)).collect();
     let together = |(band, (cut, fit)): (&Band, &(Vec<Block>, Fit))| {
@@ -178,12 +185,7 @@ fn in_bands(
         let is_linear = !has_twins(cut, &fit) && drift::drifting(cut, &fit).is_none();
         if is_linear || fits_together {
             let rival = Rival::of(cut, &fit).map(|rival| Rival { gain, ..rival });
-            let fit = match &rival {
-                Some(rival) => rival.without_leakage(cut, fit),
-                None => fit,
-            };
-            let doubt = rival.map(|rival| Doubt { share, poles: rival.poles });
-            return report(cut, &fit, doubt.as_ref()).filter(|_| is_linear);
+            return beside_rival(cut, fit, rival).filter(|_| is_linear);
         }
         let (cut, fit) = with_own_drift(cut, fit);
         report(&cut, &determined(&cut, fit)?, None)
@@ -242,14 +244,6 @@ fn twins(blocks: &[Block], fit: &Fit) -> Vec<usize> {
     own.iter().copied().filter(|&a| own.iter().any(|&b| b != a && is_twin(a, b))).collect()
 }
 
-/// By the modal assurance criterion.
-fn have_one_shape(a: &[C64], b: &[C64]) -> bool {
-    const ONE_SHAPE: f64 = 0.98;
-    let size = |shape: &[C64]| shape.iter().map(C64::norm_sqr).sum::<f64>();
-    let product: C64 = a.iter().zip(b).map(|(a, b)| a.conj() * b).sum();
-    product.norm_sqr() > ONE_SHAPE * size(a) * size(b)
-}
-
 /// With vibration from before the records, where that is significant.
 fn moving_before(blocks: &mut [Block], fit: &Fit) -> Option<Fit> {
     /// −ln of the probability that noise alone shows such vibration, about one in a thousand.
@@ -290,68 +284,30 @@ fn waits_for_its_force(block: &Block) -> bool {
     }
 }
 
-/// With one pole for those of one shape that lie within two lines of responses that an analyser
-/// made, as its leakage splits narrow peaks; and for those of any shapes much nearer to each other
-/// than they are wide, as responses that were not taken at once have each mode in another place.
-fn merge_within_lines(blocks: &[Block], fit: &mut Fit) {
-    const LINES: f64 = 2.0;
-    /// Of both decay rates.
-    const WIDTHS: f64 = 0.25;
-    let [Block { origin: Origin::Responses { .. }, omega, .. }] = blocks else { return };
-    let [first, second, ..] = omega[..] else { return };
-    let reach = LINES * (second - first);
-    loop {
-        let shapes: Vec<Vec<C64>> =
-            (0..fit.poles.len()).map(|at| shape_of(blocks, fit, at)).collect();
-        let pairs = (0..shapes.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-        let size = |at: usize| shapes[at].iter().map(C64::norm_sqr).sum::<f64>();
-        let is_one = |&(a, b): &(usize, usize)| {
-            let [first, second] = [&fit.poles[a], &fit.poles[b]];
-            let apart = (first.omega() - second.omega()).abs();
-            apart < WIDTHS * (first.lambda.re + second.lambda.re).abs()
-                || apart < reach && have_one_shape(&shapes[a], &shapes[b])
-        };
-        let Some((a, b)) = pairs.into_iter().find(is_one) else { return };
-        let mut poles = fit.poles.clone();
-        poles.remove(if size(a) < size(b) { a } else { b });
-        let Some(smaller) = Fit::at(blocks, fit.noise.clone(), poles) else { return };
-        *fit = smaller.refined(blocks, fit::FULL);
-    }
-}
-
-/// Residues of a pole of the fit in the first block.
-fn shape_of(blocks: &[Block], fit: &Fit, at: usize) -> Vec<C64> {
-    let (place, _) = blocks[0].columns_of(&fit.poles)[at];
-    let parts = fit.evaluation.parts.iter().filter(|part| part.block == 0);
-    parts.map(|part| C64::new(part.factors[place], part.factors[place + 1])).collect()
-}
-
 /// Without the poles that the refinement has moved out of the band; without them, others may move
-/// there.
+/// there. In what an analyser made they stay, held, as modes beyond its lines: their skirts would
+/// move others.
 fn drop_outside_band(blocks: &[Block], fit: &mut Fit) {
-    loop {
-        let kept: Vec<Pole> =
-            fit.poles.iter().copied().filter(|pole| select::in_band(blocks, pole)).collect();
-        if kept.len() == fit.poles.len() {
-            return;
-        }
-        let Some(smaller) = Fit::at(blocks, fit.noise.clone(), kept) else { return };
-        *fit = smaller.refined(blocks, fit::FULL);
+    let is_given = blocks.iter().all(Block::is_given);
+    let is_outside = |pole: &&Pole| !pole.is_held && !select::in_band(blocks, pole);
+    while fit.poles.iter().any(|pole| is_outside(&pole)) {
+        let held = |pole: &Pole| Pole { is_held: pole.is_held || is_outside(&pole), ..*pole };
+        let poles = fit.poles.iter();
+        let poles: Vec<Pole> = match is_given {
+            true => poles.map(held).collect(),
+            false => poles.filter(|pole| !is_outside(pole)).copied().collect(),
+        };
+        let Some(other) = Fit::at(blocks, fit.noise.clone(), poles) else { return };
+        *fit = other.refined(blocks, fit::FULL);
     }
 }
 
 fn report(blocks: &[Block], fit: &Fit, doubt: Option<&Doubt>) -> Option<Estimate> {
-    let shared = shared_lines(blocks, fit);
-    let scatter = leakage::under_window(blocks, fit);
-    let covariance = match &scatter {
-        Some(scatter) => scatter.covariance.clone(),
-        None => fit.covariance()? * shared,
-    };
+    let errors = Errors::of(blocks, fit)?;
     let (firsts, _) = parameters_of(&fit.poles);
     let own: Vec<usize> = (0..fit.poles.len()).filter(|&at| !fit.poles[at].is_held).collect();
     let of = |&at: &usize| {
-        let expected = scatter.as_ref().map(|scatter| scatter.expected[at]);
-        let pole = pole_estimate(blocks, fit, at, firsts[at], &covariance, shared, expected);
+        let pole = pole_estimate(blocks, fit, at, firsts[at], &errors);
         doubt.map_or_else(|| pole.clone(), |doubt| doubt.widen(&pole, at))
     };
     let mut poles: Vec<PoleEstimate> = own.iter().map(of).collect();
@@ -398,30 +354,93 @@ fn fitted(blocks: &[Block], fit: &Fit) -> Vec<Vec<Vec<C64>>> {
     fitted
 }
 
-/// A pole of the fit; `first` is its first real parameter, and `shared` the lines that share an
-/// error. Whether it is an artefact is not known here.
+/// How far a fit may be off.
+struct Errors {
+    /// Of both parts of each parameter of each pole in turn.
+    covariance: DMatrix<f64>,
+    /// Lines that share an error.
+    shared: f64,
+    /// What is left near each pole by the errors that are known.
+    expected: Option<Vec<f64>>,
+    /// The covariance by what an analyser's responses show of each other.
+    between: Option<DMatrix<f64>>,
+}
+
+impl Errors {
+    fn of(blocks: &[Block], fit: &Fit) -> Option<Self> {
+        let shared = shared_lines(blocks, fit);
+        let (covariance, expected) = match leakage::under_window(blocks, fit) {
+            Some(scatter) => (scatter.covariance, Some(scatter.expected)),
+            None => (fit.covariance()? * shared, None),
+        };
+        let is_given = blocks.iter().all(Block::is_given);
+        let between = fit.covariance_between().filter(|_| is_given);
+        Some(Self { covariance, shared, expected, between })
+    }
+
+    /// What is left about a pole of the fit, over what is expected there.
+    fn misfit(&self, blocks: &[Block], fit: &Fit, at: usize) -> f64 {
+        misfit_near(blocks, fit, &fit.poles[at], self.expected.as_ref().map(|own| own[at]))
+    }
+
+    /// Variance of a function of both parts of the parameter that begins at `first`, where what is
+    /// left is so many times what is expected: as the responses show it where that is more than
+    /// chance, as they have it where each has its modes in another place.
+    fn variance(&self, fit: &Fit, first: usize, by: Vector2<f64>, misfit: f64) -> f64 {
+        /// −ln of the probability that noise alone shows so much more.
+        const FALSE_ALARM: f64 = 3.0;
+        let own = misfit * variance_along(&self.covariance, first, by);
+        let between = self.between.as_ref().map(|all| variance_along(all, first, by));
+        between.filter(|between| *between > own * excess(fit, FALSE_ALARM)).unwrap_or(own)
+    }
+}
+
+/// How many times the variance between the responses exceeds their own with such a −ln of
+/// probability by chance.
+fn excess(fit: &Fit, false_alarm: f64) -> f64 {
+    let free = fit.evaluation.parts.len() as f64 - 1.0;
+    chi_squared_bound(free, false_alarm) / free
+}
+
+fn variance_along(covariance: &DMatrix<f64>, first: usize, by: Vector2<f64>) -> f64 {
+    by.dot(&(covariance.fixed_view::<2, 2>(first, first) * by)).max(0.0)
+}
+
+/// Whether the responses do not have a mode in places that differ by more than noise.
+fn have_one_place(blocks: &[Block], fit: &Fit) -> bool {
+    /// −ln of the probability that noise alone shows otherwise at a mode.
+    const FALSE_ALARM: f64 = 9.0;
+    let Some(errors) = Errors::of(blocks, fit) else { return true };
+    let Some(between) = &errors.between else { return true };
+    let (firsts, _) = parameters_of(&fit.poles);
+    let is_one = |at: usize| {
+        let [own, between] = [&errors.covariance, between]
+            .map(|all| variance_along(all, firsts[at], Vector2::new(0.0, 1.0)));
+        between <= own * errors.misfit(blocks, fit, at) * excess(fit, FALSE_ALARM)
+    };
+    (0..fit.poles.len()).filter(|&at| !fit.poles[at].is_held).all(is_one)
+}
+
+/// A pole of the fit; `first` is its first real parameter.
 fn pole_estimate(
     blocks: &[Block],
     fit: &Fit,
     at: usize,
     first: usize,
-    covariance: &DMatrix<f64>,
-    shared: f64,
-    expected: Option<f64>,
+    errors: &Errors,
 ) -> PoleEstimate {
     let pole = &fit.poles[at];
-    let misfit = misfit_near(blocks, fit, pole, expected);
-    let own = Matrix2::from_fn(|i, j| covariance[(first + i, first + j)]);
+    let misfit = errors.misfit(blocks, fit, at);
     let (omega, s, w) = (pole.omega(), pole.lambda.re, pole.lambda.im);
     let by_omega = Vector2::new(s, w) / omega;
     let by_ratio = Vector2::new(-w * w, s * w) / omega.powi(3);
-    let deviation = |by: Vector2<f64>| by.dot(&(own * by)).max(0.0).sqrt();
+    let deviation = |by: Vector2<f64>| errors.variance(fit, first, by, misfit).sqrt();
     let mut residues: Vec<Vec<Residue>> = blocks.iter().map(|_| Vec::new()).collect();
     let mut prominence: f64 = 0.0;
     for part in &fit.evaluation.parts {
         let block = &blocks[part.block];
         let (place, _) = block.columns_of(&fit.poles)[at];
-        let residue = residue(part, place, covariance, shared);
+        let residue = residue(part, place, &errors.covariance, errors.shared);
         // Its loudest line: the nearest one may lie where the force has none.
         let of = block.contribution(pole, pole.is_driven);
         let loudest = of.value[0].iter().map(|b| b.norm()).fold(0.0, f64::max);
@@ -435,8 +454,8 @@ fn pole_estimate(
     let [of_omega, of_ratio] = unexplained::model_error(blocks, drift);
     PoleEstimate {
         pole: *pole,
-        omega_std: (misfit.sqrt() * deviation(by_omega)).hypot(omega * of_omega),
-        ratio_std: (misfit.sqrt() * deviation(by_ratio)).hypot(of_ratio),
+        omega_std: deviation(by_omega).hypot(omega * of_omega),
+        ratio_std: deviation(by_ratio).hypot(of_ratio),
         residues,
         prominence,
         drift: pole.drifts().then_some(drift.im),

@@ -10,6 +10,7 @@ use super::block::{Block, Pole};
 use super::drift;
 use super::fit::{COARSE, Fit, NORMAL, first_noise, matrix, rows, weights};
 use super::impacts;
+use super::merge::of_one_mode;
 use super::noise;
 use super::unexplained::reaches;
 use crate::statistics::chi_squared_bound;
@@ -106,17 +107,31 @@ fn larger(blocks: &[Block], fit: &Fit, starts: &[Pole]) -> Option<Fit> {
     if !blocks.iter().any(Block::is_given) {
         return grown(blocks, fit, driven(fit, starts, blocks));
     }
-    let is_new = |start: &&Pole| !fit.poles.iter().any(|pole| is_on(pole, start));
-    let supported = grown(blocks, fit, starts.iter().filter(is_new).copied().collect());
+    let supported = grown(blocks, fit, unused(starts, &fit.poles));
     supported.or_else(|| {
         let are_apart =
             |poles: &[Pole], peak: &Pole| poles.iter().all(|pole| is_apart(blocks, pole, peak));
         let of = |omega| [0.002, 0.006, 0.018].map(|ratio| Pole::from_modal(omega, ratio));
-        let peaks = residual_peaks(blocks, fit).into_iter().flat_map(of);
-        let larger = grown(blocks, fit, peaks.filter(|p| are_apart(&fit.poles, p)).collect())?;
+        let peaks = residual_peaks(blocks, fit).into_iter();
+        let peaks: Vec<Pole> = peaks.flat_map(of).filter(|p| are_apart(&fit.poles, p)).collect();
+        let larger = grown(blocks, fit, peaks)?;
         let (new, others) = larger.poles.split_last()?;
         are_apart(others, new).then_some(larger)
     })
+}
+
+/// The starts that no pole began as, nor lies on.
+fn unused(starts: &[Pole], poles: &[Pole]) -> Vec<Pole> {
+    let apart = |pole: &Pole, start: &Pole| (pole.omega() - start.omega()).abs();
+    let mut left = starts.to_vec();
+    for pole in poles {
+        let nearest = (0..left.len())
+            .filter(|&at| is_from(pole, &left[at]))
+            .min_by(|&a, &b| apart(pole, &left[a]).total_cmp(&apart(pole, &left[b])));
+        nearest.map(|at| left.remove(at));
+    }
+    left.retain(|start| !poles.iter().any(|pole| is_on(pole, start)));
+    left
 }
 
 /// Whether a peak is no part of a pole, as leakage, ripple of sensors and a scatter of frequencies
@@ -278,11 +293,15 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     let mut ranked: Vec<(f64, Pole)> = gains.into_iter().zip(candidates).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut best: Option<(f64, Vec<Pole>)> = None;
-    for (_, pole) in distinct(ranked).into_iter().take(4) {
+    let required = required_gain(blocks);
+    // A pole beside another one that is the same mode would only be merged with it.
+    let is_split =
+        |trial: &Fit| of_one_mode(blocks, trial).is_some() && of_one_mode(blocks, fit).is_none();
+    for (_, pole) in distinct(blocks, ranked).into_iter().take(4) {
         if !has_room(blocks, &[&fit.poles[..], &[pole]].concat()) {
             return None;
         }
-        let Some((gain, poles)) = tried(blocks, fit, pole) else { continue };
+        let Some((gain, poles)) = tried(blocks, fit, pole, is_split) else { continue };
         // A tone that decays is a mode.
         let is_mistaken = poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MAX_TONE_DAMPING);
         let is_better = best.as_ref().is_none_or(|(most, _)| gain > *most);
@@ -294,25 +313,33 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
             best = Some((gain, poles));
         }
     }
-    let required = required_gain(blocks);
     // Only what a coarse refinement brings near the gain is refined further.
     let (_, poles) = best.filter(|(gain, _)| *gain > 0.4 * required)?;
     let best = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, NORMAL);
     let gain = fit.evaluation.sum_of_squares - best.evaluation.sum_of_squares;
-    (gain > required).then_some(best)
+    (gain > required && !is_split(&best)).then_some(best)
 }
 
 /// By how much a further pole lowers the sum of squares after a coarse refinement, with all poles
-/// then. Of many lines those about the pole are enough to tell.
-fn tried(blocks: &[Block], fit: &Fit, pole: Pole) -> Option<(f64, Vec<Pole>)> {
+/// then; `None` where the trial is to be left. Of many lines those about the pole are enough to
+/// tell.
+fn tried(
+    blocks: &[Block],
+    fit: &Fit,
+    pole: Pole,
+    is_left: impl Fn(&Fit) -> bool,
+) -> Option<(f64, Vec<Pole>)> {
+    /// Of the gain that is required.
+    const NEGLIGIBLE: f64 = 0.01;
+    let effort = COARSE.for_gains_of(NEGLIGIBLE * required_gain(blocks));
     let gain = |without: &Fit, trial: &Fit| {
         without.evaluation.sum_of_squares - trial.evaluation.sum_of_squares
     };
     let mut poles = fit.poles.clone();
     poles.push(pole);
     let Some((band, cut)) = about(blocks, fit, &pole) else {
-        let trial = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, COARSE);
-        return Some((gain(fit, &trial), trial.poles));
+        let trial = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, effort);
+        return (!is_left(&trial)).then(|| (gain(fit, &trial), trial.poles));
     };
     let noise = band.cut_noise(blocks, &fit.noise);
     let own: Vec<usize> =
@@ -321,7 +348,7 @@ fn tried(blocks: &[Block], fit: &Fit, pole: Pole) -> Option<(f64, Vec<Pole>)> {
     near.extend(band.held(&fit.poles));
     let without = Fit::at(&cut, noise.clone(), near.clone())?;
     near.push(pole);
-    let trial = Fit::at(&cut, noise, near)?.refined(&cut, COARSE);
+    let trial = Fit::at(&cut, noise, near)?.refined(&cut, effort);
     let moved = own
         .into_iter()
         .zip(&trial.poles)
@@ -346,11 +373,15 @@ fn about(blocks: &[Block], fit: &Fit, pole: &Pole) -> Option<(Band, Vec<Block>)>
     Some((band, band.cut(blocks)?)).filter(|_| band.sees_less(SHARE, blocks))
 }
 
-fn distinct(ranked: Vec<(f64, Pole)>) -> Vec<(f64, Pole)> {
+/// Those that are worth a trial each, of each peak of what an analyser made only the best.
+fn distinct(blocks: &[Block], ranked: Vec<(f64, Pole)>) -> Vec<(f64, Pole)> {
+    let line =
+        blocks.iter().filter(|block| block.is_given()).map(Block::spacing).fold(0.0, f64::max);
     let mut kept: Vec<(f64, Pole)> = Vec::new();
     for (gain, pole) in ranked {
         let is_new = kept.iter().all(|(_, old)| {
             (old.lambda - pole.lambda).norm() > 0.3 * pole.lambda.re.abs().max(1e-3 * pole.omega())
+                && (old.omega() - pole.omega()).abs() >= line
         });
         if is_new && gain.is_finite() {
             kept.push((gain, pole));

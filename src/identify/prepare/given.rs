@@ -21,6 +21,7 @@ pub(super) fn given(
     let blank = blank_lines(functions, notes);
     // One block, so that every response has its place in it.
     let (mut block, mut responses, mut kept) = (None::<Block>, Vec::new(), Vec::new());
+    let mut is_cut_out = band_hz.is_some();
     for function in functions {
         let within: Vec<usize> = (0..function.frequencies_hz.len())
             .filter(|&k| {
@@ -29,6 +30,7 @@ pub(super) fn given(
             })
             .collect();
         let left_out = within.get(MAX_LINES).map(|&k| function.frequencies_hz[k]);
+        is_cut_out |= left_out.is_some();
         let within = &within[..within.len().min(MAX_LINES)];
         if let Some(from_hz) = left_out.filter(|_| block.is_none()) {
             let what = format!(
@@ -70,7 +72,7 @@ pub(super) fn given(
     if let Some(length_s) = is_windowed(&block.omega, &block.spectra) {
         block.origin = Origin::Responses { hann_s: Some(length_s) };
     }
-    block.is_cut_out = band_hz.is_some();
+    block.is_cut_out = is_cut_out;
     block.drive_error = given_error(&block.spectra);
     let pairs = Pairs::of(kept.iter().copied());
     if let Some(pairs) = &pairs {
