@@ -60,6 +60,11 @@ impl<'a> Cursor<'a> {
         self.module.clone_from(&module.key);
     }
 
+    /// The module that is read, in lower case.
+    pub(super) fn module(&self) -> &str {
+        &self.module
+    }
+
     /// A routine begins: it has declared nothing yet.
     pub(super) fn enter_routine(&mut self) {
         self.own.clear();

@@ -2,31 +2,49 @@
 //! by zero, an index beyond an array, a function of what it is not defined for, a constant that is
 //! set.
 
+use std::collections::HashSet;
+
 use super::constants::predefined;
 use super::eval::{Scope, beyond};
 use super::interpreter::Interpreter;
-use super::syntax::{Expr, Path, Step};
+use super::syntax::{Declaration, Expr, File, Path, Step, What};
 use super::value::Value;
-use super::walk::names_in;
+use super::walk::{names_in, statements_in};
 use crate::notes::Code;
 
 impl<'a> Interpreter<'a> {
     /// The statement that runs stops the controller, by what `of` are: an error, and a doubt where
     /// that is not certain.
     pub(super) fn stops_at(&mut self, what: &str, of: Vec<&'a Expr>) {
-        let mut names = names_in(of).into_iter();
-        let others = names.find(|name| self.set_by_others.contains(name.key.as_str()));
-        let unless = match others {
-            Some(name) => format!("another task has set '{}'", name.shown),
-            None if self.guarded > 0 => "it leaves out the second side of AND or OR".to_owned(),
-            None if self.handlers > 0 => "a handler of errors, not read, goes on".to_owned(),
-            None if !self.starts_at_main => "what has run before has set the data".to_owned(),
-            None => {
-                let what = format!("{what}: the controller stops here");
-                self.fault_at = Some(self.line);
-                return self.log.error(Code::Value, self.line, what);
-            }
+        let all = names_in(of);
+        let others = self.of_others.get_or_init(|| of_others(self.file, &self.set_by_others));
+        let name_in = |keys: &HashSet<&str>| {
+            all.iter().find(|name| keys.contains(name.key.as_str())).map(|name| &name.shown)
         };
+        let unless = match (name_in(&self.set_by_others), name_in(others)) {
+            (Some(shown), _) => format!("another task has set '{shown}'"),
+            (None, Some(shown)) => format!("another task has set what '{shown}' is worked out of"),
+            (None, None) => return self.stops_alone_at(what),
+        };
+        self.doubt_stop(what, &unless);
+    }
+
+    /// The same where nothing of another task decides.
+    fn stops_alone_at(&mut self, what: &str) {
+        if self.guarded > 0 {
+            self.doubt_stop(what, "it leaves out the second side of AND or OR");
+        } else if self.handlers > 0 {
+            self.doubt_stop(what, "a handler of errors, not read, goes on");
+        } else if !self.starts_at_main {
+            self.doubt_stop(what, "what has run before has set the data");
+        } else {
+            let what = format!("{what}: the controller stops here");
+            self.fault_at = Some(self.line);
+            self.log.error(Code::Value, self.line, what);
+        }
+    }
+
+    fn doubt_stop(&mut self, what: &str, unless: &str) {
         let what = format!(
             "{what}: the controller stops here unless {unless}; it is read as if it went on"
         );
@@ -66,6 +84,29 @@ impl<'a> Interpreter<'a> {
                 path.name.shown
             );
             self.log.error(Code::Conflict, line, what);
+        }
+    }
+}
+
+/// Data that assignments work out of those that others set; names in several routines are as one.
+fn of_others<'a>(file: &'a File, others: &HashSet<&'a str>) -> HashSet<&'a str> {
+    let routines = || file.procedures.values().chain(file.functions.values());
+    let bodies = || routines().map(|own| &own.body);
+    let mut found = others.clone();
+    loop {
+        let before = found.len();
+        for what in statements_in(bodies()) {
+            let (name, value) = match what {
+                What::Assign(path, value) => (&path.name, value),
+                What::Declare(Declaration { name, value: Some(value), .. }) => (name, value),
+                _ => continue,
+            };
+            if names_in(vec![value]).iter().any(|own| found.contains(own.key.as_str())) {
+                found.insert(&name.key);
+            }
+        }
+        if found.len() == before {
+            return found;
         }
     }
 }

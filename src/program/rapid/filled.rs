@@ -134,6 +134,13 @@ impl<'a> Interpreter<'a> {
         if self.eval(condition).bool() != Ok(false) {
             return;
         }
+        // The procedure of a move before may set it.
+        let line = self.line;
+        if self.waits_for_late(line, "WaitUntil", condition)
+            && self.eval(condition).bool() != Ok(false)
+        {
+            return;
+        }
         for name in names_in(vec![condition]) {
             if self.settings.assume.contains_key(&name.key) {
                 self.heed(&name.key);

@@ -96,6 +96,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) is_held: bool,
     /// What procedures of moves that do not stop have set.
     pub(super) late: Late<'a>,
+    /// Whether such a procedure runs: the arm is on its way.
+    pub(super) is_late: bool,
     /// Whether the program starts with `main`: nothing has set data before.
     pub(super) starts_at_main: bool,
     /// How many of the routines that run have handlers of errors.
@@ -133,6 +135,10 @@ pub(super) struct Interpreter<'a> {
     pub(super) starts_again: bool,
     /// Persistent data that no file sets, by name in lower case.
     pub(super) set_by_others: HashSet<&'a str>,
+    /// Data that another task shares and sets, by name in lower case.
+    pub(super) set_beside: HashSet<&'a str>,
+    /// What the files work out of data that others set, where somebody has asked.
+    pub(super) of_others: OnceCell<HashSet<&'a str>>,
     /// Data on which motion may depend, where somebody has asked.
     pub(super) of_motion: OnceCell<HashSet<&'a str>>,
     /// For which work objects that no file declares the job's has stood: why each is not known.
@@ -200,6 +206,7 @@ impl<'a> Interpreter<'a> {
             is_stopped: false,
             is_held: false,
             late: Late::default(),
+            is_late: false,
             starts_at_main: false,
             handlers: 0,
             guarded: 0,
@@ -219,6 +226,8 @@ impl<'a> Interpreter<'a> {
             asked_of_others: HashSet::new(),
             starts_again: false,
             set_by_others: set_by_others(file),
+            set_beside: HashSet::new(),
+            of_others: OnceCell::new(),
             of_motion: OnceCell::new(),
             objects_of_job: HashSet::new(),
             trapped: HashMap::new(),

@@ -24,7 +24,7 @@ pub(super) struct Late<'a> {
     pub(super) data: HashMap<&'a str, Option<Value>>,
     /// Data that the procedures ask for or set.
     pub(super) used: HashSet<&'a str>,
-    /// The modes before and behind the procedures, where they differ.
+    /// The modes before and behind the procedures, where they set them.
     pub(super) modes: Option<Box<[Modes; 2]>>,
     /// Whether the procedures set the spindle or the tool.
     pub(super) sets: bool,

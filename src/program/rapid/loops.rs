@@ -121,6 +121,10 @@ impl<'a> Interpreter<'a> {
         let mut passes = 0;
         loop {
             match self.eval(condition).bool() {
+                Ok(true)
+                    if passes == 1
+                        && self.only_waits(condition, body)
+                        && self.waits_for_late(line, "WHILE", condition) => {}
                 // It is TRUE for good.
                 Ok(true) if passes == 1 && self.is_endless(condition, body) => {
                     let what = self.endless(body);
@@ -141,6 +145,14 @@ impl<'a> Interpreter<'a> {
                 }
             }
         }
+    }
+
+    /// Whether a loop neither moves nor sets what it asks for.
+    fn only_waits(&self, condition: &'a Expr, body: &'a Block) -> bool {
+        let set = set_within(self.file, body);
+        let is_set = |name: &Name| set.iter().any(|own| own.key == name.key);
+        !body.iter().any(|own| self.moves(&own.what))
+            && !names_in(vec![condition]).into_iter().any(is_set)
     }
 
     /// What an endless loop is told as.

@@ -178,10 +178,10 @@ impl<'a> Parser<'a> {
     fn keep_declaration(&mut self, declaration: Declaration, log: &mut Log) {
         let key = declaration.name.key.clone();
         let kept = match self.file.data.remove(&key) {
-            Some(first) if is_of_both(&first, &declaration) => match first.value {
-                Some(_) => first,
-                None => declaration,
-            },
+            Some(first) if is_of_both(&first, &declaration) => {
+                self.file.shared.insert(key.clone());
+                if first.value.is_some() { first } else { declaration }
+            }
             first => {
                 if first.is_some() {
                     let what = format!("'{}' is declared twice", declaration.name.shown);
@@ -264,7 +264,8 @@ impl<'a> Parser<'a> {
         }
         // Handlers of errors do not run when nothing goes wrong.
         let (end, in_handlers) = self.skip_past(end);
-        Ok(Routine { line, end, in_handlers, name, parameters, body })
+        let module = self.cursor.module().to_owned();
+        Ok(Routine { line, end, in_handlers, name, module, parameters, body })
     }
 
     /// A trap runs when its interrupt comes, and so do its handlers of errors.

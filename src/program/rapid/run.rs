@@ -72,6 +72,7 @@ impl<'a> Interpreter<'a> {
         self.starts_at_main = routine.name.key == "main";
         self.warn_of_traps();
         self.heed_connected_elsewhere(routine);
+        self.heed_other_tasks(routine);
         self.frames.push(HashMap::new());
         let flow = self.call_routine(routine, args);
         self.tell_who_moves(routine);

@@ -254,8 +254,9 @@ impl<'a> Interpreter<'a> {
 
     /// Whether a call gives a procedure of the files the signal of the job.
     pub(super) fn gives_signal(&self, routine: &Routine, args: &Args) -> bool {
-        let required = routine.parameters.iter().filter(|own| !own.optional);
-        let mut given = required.zip(&args.positional);
+        let of = |optional| routine.parameters.iter().filter(move |own| own.optional == optional);
+        let named = of(true).filter_map(|own| Some((own, args.optional_value(&own.name.key)?)));
+        let mut given = of(false).zip(&args.positional).chain(named);
         given.any(|(parameter, given)| {
             parameter.kind.starts_with("signal")
                 && matches!(given, Expr::Ref(path) if self.would_assign(path))

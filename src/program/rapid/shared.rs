@@ -6,8 +6,9 @@ use super::filled::filled;
 use super::instructions::is_ignored;
 use super::interpreter::Interpreter;
 use super::run::{Effect, STAND_FOR};
-use super::syntax::{Block, Expr, File, Name, Optional, Path, Statement, What};
-use super::walk::{blocks_in, expressions_in, functions_in, names_in, statements_in};
+use super::sets::set_within;
+use super::syntax::{Block, Expr, File, Name, Optional, Path, Routine, Statement, What};
+use super::walk::{blocks_in, expressions_in, functions_in, names_in, reached_from, statements_in};
 use crate::notes::Code;
 
 impl<'a> Interpreter<'a> {
@@ -48,6 +49,37 @@ impl<'a> Interpreter<'a> {
              settle it"
         );
         self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
+    /// Data that two tasks share, and that procedures set to which the program does not lead: the
+    /// other task sets them, at any time.
+    pub(super) fn heed_other_tasks(&mut self, entry: &'a Routine) {
+        let file = self.file;
+        if file.shared.is_empty() {
+            return;
+        }
+        let mut from = vec![entry.name.key.as_str()];
+        // The `main` of another file is the other task's.
+        let is_own = |own: &Routine| own.line > 0;
+        from.extend(file.procedures.get("main").filter(|own| is_own(own)).map(|_| "main"));
+        let reached = reached_from(file, from);
+        for (key, routine) in &file.procedures {
+            let is_reached = match &reached {
+                Some(reached) => reached.contains(key.as_str()),
+                None => std::ptr::eq(routine, entry),
+            };
+            if is_reached {
+                continue;
+            }
+            let mut set: HashSet<&str> = HashSet::new();
+            set.extend(set_within(file, &routine.body).into_iter().map(|own| own.key.as_str()));
+            let is_set = |own: &String| set.contains(own.as_str());
+            let may_be = |own: &&String| is_set(own) || routine.in_handlers.contains(*own);
+            for data in file.shared.iter().filter(may_be).filter_map(|own| file.data.get(own)) {
+                self.set_beside.insert(&data.name.key);
+                self.set_at_any_time(&data.name, "another task sets it");
+            }
+        }
     }
 
     /// Whether motion may depend on a datum, or on what an instruction of this name sets.

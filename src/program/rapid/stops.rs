@@ -108,6 +108,11 @@ impl<'a> Interpreter<'a> {
             self.arrive();
         }
         match args.positional.first().map(|expr| self.eval(expr).num()) {
+            Some(Ok(seconds)) if seconds > 0.0 && self.is_late => {
+                let what = "WaitTime in the procedure of a move in a zone runs while the arm is on \
+                            its way: the time is left out";
+                self.leave_out_time(line, what);
+            }
             Some(Ok(seconds)) if seconds > 0.0 && self.runs_on && !self.is_stopped => {
                 let what = "WaitTime behind a move with \\Conc runs while the arm is on it: the \
                             time is left out";

@@ -2,18 +2,22 @@
 //! there, and the program waits for it. In a zone it runs in the middle of the corner: the program
 //! is at a later move by then, and goes on with its own data until the arm has come to stand.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::instructions::{motion, sounds_like_motion};
 use super::interpreter::{Flow, Global, Interpreter};
 use super::late::{Late, Modes};
 use super::sets::set_within;
-use super::syntax::{Args, Name, Routine, What};
+use super::syntax::{Args, Expr, Name, Routine, What};
 use super::value::Value;
 use super::walk::{
-    blocks_within, expressions_in, names_in, statements_in, synced_name, synced_procedure,
+    blocks_within, calls_in, expressions_in, names_in, statements_in, synced_name, synced_procedure,
 };
 use crate::notes::Code;
+
+/// Instructions that say how the arm moves from then on.
+const SET_MODES: [&str; 8] =
+    ["velset", "speedrefresh", "gripload", "cirpathmode", "confj", "confl", "actunit", "deactunit"];
 
 static NO_ARGS: Args = Args { positional: Vec::new(), optional: Vec::new() };
 
@@ -48,7 +52,9 @@ impl<'a> Interpreter<'a> {
         let keys: HashSet<&'a str> = late.data.keys().chain(&set).copied().collect();
         let before: Vec<_> = keys.into_iter().map(|key| (key, self.datum_now(key))).collect();
         let own = self.modes();
+        let outer = std::mem::replace(&mut self.is_late, true);
         let flow = self.call_routine(routine, &NO_ARGS);
+        self.is_late = outer;
         self.settle();
         self.has_arrived = false;
         for (key, value) in before {
@@ -59,7 +65,8 @@ impl<'a> Interpreter<'a> {
             }
         }
         let behind = self.modes();
-        if behind != own || late.modes.is_some() {
+        // What it sets counts where it is the same, too: the program may set it otherwise.
+        if behind != own || late.modes.is_some() || self.sets_modes(routine) {
             self.put_modes(own.clone());
             late.modes = Some(Box::new([own, behind]));
         }
@@ -87,18 +94,23 @@ impl<'a> Interpreter<'a> {
     ) {
         let mut moves = false;
         let blocks = blocks_within(self.file, &[&routine.body]);
+        // Names there are none of the routine that moves.
+        self.frames.push(HashMap::new());
         for what in statements_in(blocks.into_iter()) {
             let asked = names_in(expressions_in(what)).into_iter();
             late.used.extend(asked.map(|name| name.key.as_str()));
             match what {
                 What::Assign(path, _) => late.sets |= self.would_assign(path),
                 What::Call(name, args) => {
-                    late.sets |= self.would_set(name, args);
+                    let own = self.file.procedures.get(&name.key);
+                    late.sets |= self.would_set(name, args)
+                        || own.is_some_and(|own| self.gives_signal(own, args));
                     moves |= motion(&name.key).is_some() || sounds_like_motion(&name.key);
                 }
                 _ => {}
             }
         }
+        self.frames.pop();
         if moves {
             let what = format!(
                 "'{}' of {} moves the arm, which does not stop for it (fine): it is read as if it \
@@ -144,6 +156,25 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// The program waits for what a procedure sets that may have run or not: it has run behind it.
+    pub(super) fn waits_for_late(&mut self, line: usize, shown: &str, of: &'a Expr) -> bool {
+        let frame = self.frames.last();
+        let is_local = |key: &str| frame.is_some_and(|frame| frame.contains_key(key));
+        let is_late = |name: &&'a Name| {
+            let key = name.key.as_str();
+            self.late.data.contains_key(key) && !is_local(key)
+        };
+        let Some(name) = names_in(vec![of]).into_iter().find(is_late) else { return false };
+        let what = format!(
+            "{shown} waits for '{}', which '{}' sets in the zone of its move: it is read as if \
+             that had run by then, and the arm did not stop there; fine settles it",
+            name.shown, self.late.shown
+        );
+        self.log.warning(Code::MotionLeftOut, line, what);
+        self.settle();
+        true
+    }
+
     /// Of a datum that the program sets while a procedure that uses it may have run or not.
     pub(super) fn doubt_order(&mut self, key: &str, name: &Name) {
         if self.late.used.contains(key) && self.of_motion().contains(key) {
@@ -171,7 +202,8 @@ impl<'a> Interpreter<'a> {
 
     /// Of a move that begins while a procedure that changes how the arm moves may have run or not.
     pub(super) fn doubt_modes(&mut self, line: usize) {
-        if self.late.modes.is_some() {
+        let late = self.late.modes.as_deref();
+        if late.is_some_and(|[_, behind]| self.modes() != *behind) {
             let what = format!(
                 "'{}' changes how the arm moves (VelSet and the like) in the zone of its move, \
                  before this move or on it: this is read as if it had not; a stop between them \
@@ -180,6 +212,12 @@ impl<'a> Interpreter<'a> {
             );
             self.log.warning(Code::MotionLeftOut, line, what);
         }
+    }
+
+    /// Whether a procedure, or what it calls in the files, sets how the arm moves.
+    fn sets_modes(&self, routine: &'a Routine) -> bool {
+        let calls = calls_in(self.file, &[&routine.body]);
+        calls.iter().any(|(name, _)| SET_MODES.contains(&name.key.as_str()))
     }
 
     fn modes(&self) -> Modes {

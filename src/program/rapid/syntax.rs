@@ -157,6 +157,8 @@ pub(super) struct Routine {
     /// Words of its handlers of errors, in lower case, which are not read.
     pub(super) in_handlers: HashSet<String>,
     pub(super) name: Name,
+    /// Its module, in lower case.
+    pub(super) module: String,
     pub(super) parameters: Vec<Parameter>,
     pub(super) body: Block,
 }
@@ -189,6 +191,8 @@ pub(super) struct File {
     pub(super) procedure_order: Vec<String>,
     pub(super) functions: HashMap<String, Routine>,
     pub(super) traps: Vec<Trap>,
+    /// Keys of the data that two tasks share: a file of each declares them.
+    pub(super) shared: HashSet<String>,
     /// User's records: fields (name, type) by type.
     pub(super) records: HashMap<String, Vec<(String, String)>>,
     pub(super) statement_count: usize,

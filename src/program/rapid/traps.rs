@@ -120,6 +120,9 @@ impl<'a> Interpreter<'a> {
             all.partition(|(own, _)| own.is_some() && *own == interrupt);
         for (_, trap) in &gone {
             for name in set_within(self.file, &trap.body) {
+                if self.set_beside.contains(name.key.as_str()) {
+                    continue;
+                }
                 if let Some(value) = self.trapped.remove(name.key.as_str()) {
                     self.forget(name, &value);
                 }
@@ -154,7 +157,7 @@ impl<'a> Interpreter<'a> {
     /// What a trap sets, itself or by what it calls, may have its value at any time.
     fn keep_open(&mut self, trap: &'a Trap) {
         for name in set_within(self.file, &trap.body) {
-            self.trap(name);
+            self.set_at_any_time(name, "a TRAP sets it when its interrupt comes");
         }
     }
 
@@ -165,7 +168,12 @@ impl<'a> Interpreter<'a> {
             return;
         }
         let shown = &name.shown;
-        let what = if self.is_set_anew(key) {
+        let what = if self.is_set_anew(key) && self.set_beside.contains(key) {
+            format!(
+                "another task sets '{shown}', too: the value that the program itself has set \
+                 before is taken"
+            )
+        } else if self.is_set_anew(key) {
             format!(
                 "a TRAP sets '{shown}' when its interrupt comes: the value that the program itself \
                  has set before is taken"
@@ -195,15 +203,14 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// A datum of the module that a trap sets.
-    fn trap(&mut self, name: &'a Name) {
+    /// A datum of the module that a trap or another task sets; `by` says which.
+    pub(super) fn set_at_any_time(&mut self, name: &'a Name, by: &str) {
         let assumed = self.settings.assume.get(&name.key).map(|own| Value::from(*own));
         if assumed.is_some() {
             self.heed(&name.key);
         }
         let value = assumed.unwrap_or_else(|| {
-            let what = "a TRAP sets it when its interrupt comes: known only at run time";
-            Value::unknown(format!("'{}': {what}", name.shown))
+            Value::unknown(format!("'{}': {by}: known only at run time", name.shown))
         });
         if !self.file.data.contains_key(&name.key) && matches!(value, Value::Unknown(_)) {
             self.assigned.insert(&name.key, value.clone());

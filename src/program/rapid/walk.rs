@@ -70,12 +70,12 @@ pub(super) fn calls_in<'a>(file: &'a File, blocks: &[&'a Block]) -> Vec<(&'a Nam
 /// The name of the procedure of `MoveLSync` and its like; its module may stand before it.
 pub(super) fn synced_name(args: &Args) -> Option<&str> {
     match args.positional.last() {
-        Some(Expr::Text(text)) => Some(text.rsplit(':').next().unwrap_or(text).trim()),
+        Some(Expr::Text(text)) => Some(text.trim()),
         _ => None,
     }
 }
 
-/// That procedure, where a call is such a move, and the files have it.
+/// That procedure, where a call is such a move, and the files have it, and no other of its name.
 pub(super) fn synced_procedure<'a>(
     file: &'a File,
     name: &Name,
@@ -83,20 +83,38 @@ pub(super) fn synced_procedure<'a>(
 ) -> Option<&'a Routine> {
     let is_one = name.key.ends_with("sync") && motion(&name.key).is_some();
     let own = synced_name(args).filter(|_| is_one)?;
-    file.procedures.get(&own.to_lowercase())
+    let own = own.to_lowercase();
+    let (module, own) = match own.split_once(':') {
+        Some((module, own)) => (Some(module.trim()), own.trim()),
+        None => (None, own.as_str()),
+    };
+    // A LOCAL one may have another key.
+    let is_it = |routine: &&Routine| {
+        routine.name.shown.to_lowercase() == own
+            && module.is_none_or(|module| routine.module == module)
+    };
+    let mut found = file.procedures.values().filter(is_it);
+    found.next().filter(|_| found.next().is_none())
 }
 
 /// The procedures that may run, by name in lower case: the one that the program starts with,
 /// `main`, and all that these, functions and traps name, in calls, texts and handlers of errors.
 /// `None` where a name is worked out.
 pub(super) fn reached<'a>(file: &'a File, entry: &'a Routine) -> Option<HashSet<&'a str>> {
+    reached_from(file, vec![&entry.name.key, "main"])
+}
+
+/// The same, from these procedures on.
+pub(super) fn reached_from<'a>(
+    file: &'a File,
+    mut names: Vec<&'a str>,
+) -> Option<HashSet<&'a str>> {
     let mut found: HashSet<&str> = HashSet::new();
     let of_handlers = |routine: &'a Routine| {
         let own = file.procedures.keys().filter(|key| routine.in_handlers.contains(*key));
         own.map(String::as_str)
     };
     let functions = file.functions.values();
-    let mut names: Vec<&str> = vec![&entry.name.key, "main"];
     let mut open: Vec<&Block> = functions.clone().map(|own| &own.body).collect();
     open.extend(file.traps.iter().map(|trap| &trap.body));
     names.extend(functions.flat_map(of_handlers));
@@ -105,7 +123,11 @@ pub(super) fn reached<'a>(file: &'a File, entry: &'a Routine) -> Option<HashSet<
             match what {
                 What::NotUnderstood(_) => return None,
                 What::Call(name, _) if name.key == "callbyvar" => return None,
-                What::Call(name, _) => names.push(&name.key),
+                What::Call(name, args) => {
+                    names.push(&name.key);
+                    let synced = synced_procedure(file, name, args);
+                    names.extend(synced.map(|own| own.name.key.as_str()));
+                }
                 _ => {}
             }
             let texts = all_of(expressions_in(what)).into_iter().filter_map(|expr| match expr {

@@ -161,6 +161,7 @@ fn what_the_controller_stops_at_is_told() {
     for (text, job) in [
         (text("n:=n/zero;", "ERROR\nTRYNEXT;"), &settings()),
         (text("n:=n/k;", ""), &settings()),
+        (text("zero:=k;n:=n/zero;", ""), &settings()),
         (text("IF zero<>0 AND n/zero>1 TPWrite \"a\";", ""), &settings()),
         (text("n:=n/zero;", "").replace("main()", "part()"), &part),
     ] {
@@ -300,5 +301,98 @@ fn assume_is_offered_for_numbers_and_truth_values_alone() {
         let what = &found[0].what;
         let is_copy = what.contains("write the value into a copy of the program");
         assert_eq!((what.contains("assume: "), is_copy), (is_offered, !is_offered), "{what}");
+    }
+}
+
+/// A datum that the files of two tasks declare, and that the other task sets, has any value.
+#[test]
+fn what_another_task_sets_of_shared_data_is_not_known() {
+    let of = |own: &str, other: &str, body: &str| {
+        let text = format!("MODULE other\n{other}\nENDMODULE\n");
+        let companions = vec![Companion { name: "other.mod".to_owned(), text }];
+        let body = format!("{START}\n{body}");
+        run(&body, own, &Settings { companions, ..settings() })
+    };
+    let by_feed = "MoveL Offs(p,100,0,0),[feed,500,5000,1000],fine,tool0;";
+    let by_place = "MoveL Offs(p,feed,0,0),v100,fine,tool0;";
+    let branch = format!("IF feed>5 THEN\n{GO}\nENDIF");
+    for (first, second) in [("", ":=10"), (":=10", "")] {
+        let own = format!("PERS num feed{first};");
+        for sets in ["feed:=50;", "feed:=feed+1;", "Incr feed;"] {
+            let other = format!("PERS num feed{second};\nPROC bg()\n{sets}\nENDPROC");
+            for body in [by_feed, by_place, branch.as_str()] {
+                let found = of(&own, &other, body).expect_err(body);
+                let said = "'feed': another task sets it";
+                assert!(found.iter().any(|note| note.what.contains(said)), "{body}: {found:?}");
+            }
+            // What the program itself sets just before is a doubt.
+            let found = of(&own, &other, &format!("feed:=20;\n{by_feed}")).unwrap();
+            assert!((found.moves[1].feed_m_per_s - 0.02).abs() < 1e-12);
+            assert_eq!(doubts(&found), [(LEFT_OUT, 10)]);
+        }
+        let other = format!("PERS num feed{second};");
+        assert_eq!(doubts(&of(&own, &other, by_feed).unwrap()), []);
+    }
+}
+
+#[test]
+fn a_wait_in_the_procedure_of_a_zone_takes_no_time_at_the_corner() {
+    let job = Settings { is_scheduled: true, ..settings() };
+    for (zone, told) in [("z10", vec![(LEFT_OUT, 13)]), ("fine", vec![])] {
+        let body = format!("{START}\nMoveLSync Offs(p,100,0,0),v100,{zone},tool0,\"prc\";\n{NEXT}");
+        let found = read_well(&body, "PROC prc()\nWaitTime 2;\nENDPROC", &job);
+        assert_eq!(doubts(&found), told, "{zone}");
+    }
+}
+
+#[test]
+fn what_a_procedure_in_a_zone_sets_to_what_it_is_counts() {
+    for sets in ["VelSet 50,5000;", "SpeedRefresh 50;"] {
+        let of = |between: &str| {
+            let body = format!(
+                "{sets}\n{START}\nMoveLSync Offs(p,100,0,0),v100,z10,tool0,\"prc\";\n{between}\
+                 WaitRob\\InPos;\n{NEXT}"
+            );
+            doubts(&read_well(&body, &format!("PROC prc()\n{sets}\nENDPROC"), &settings()))
+        };
+        assert_eq!(of(""), [], "{sets}");
+        assert_eq!(of(&format!("{}\n", sets.replace("50", "80"))), [(LEFT_OUT, 12)], "{sets}");
+    }
+    // A signal that it gives to another procedure.
+    let what = Setter::Signal("ao1".to_owned());
+    let by = Settings { spindle_from: Some(SetBy { what, per_unit: 10.0 }), ..settings() };
+    let body = format!(
+        "SetAO ao1,15;\n{START}\nMoveLSync Offs(p,100,0,0),v100,z10,tool0,\"prc\";\n\
+         SetAO ao1,100;\n{NEXT}"
+    );
+    let more = "PROC prc()\nsub ao1;\nENDPROC\nPROC sub(VAR signalao s)\nSetAO s,200;\nENDPROC";
+    let told = doubts(&read_well(&body, more, &by));
+    assert!(told.contains(&(Code::SpindleCommand, 11)), "{told:?}");
+}
+
+#[test]
+fn waiting_for_what_a_procedure_in_a_zone_sets_reads_its_value() {
+    for (wait, dwells) in [("WaitUntil n=50;", 0), ("WHILE n=0 DO\nWaitTime 0.1;\nENDWHILE", 1)] {
+        let found = synced("z10", "n:=50;", &format!("{wait}\n{BY_N}"));
+        let mut ends = vec![('L', [0.0; 3]), ('L', [100.0, 0.0, 0.0])];
+        ends.extend(vec![('T', [100.0, 0.0, 0.0]); dwells]);
+        ends.push(('L', [0.0, 50.0, 0.0]));
+        assert_ends(&found, &ends);
+        assert!(doubts(&found).contains(&(LEFT_OUT, 10)), "{wait}");
+    }
+}
+
+#[test]
+fn the_procedure_of_a_move_is_that_of_the_module_before_its_name() {
+    let more = "LOCAL PROC prc()\nn:=20;\nENDPROC\nENDMODULE\nMODULE O\nPROC prc()\nn:=50;\n\
+                ENDPROC";
+    for (named, y, told) in
+        [("O:prc", 50.0, vec![]), ("m:prc", 20.0, vec![]), ("prc", 0.0, vec![(LEFT_OUT, 9)])]
+    {
+        let body =
+            format!("{START}\nMoveLSync Offs(p,100,0,0),v100,fine,tool0,\"{named}\";\n{BY_N}");
+        let found = read_well(&body, more, &settings());
+        assert_ends(&found, &[('L', [0.0; 3]), ('L', [100.0, 0.0, 0.0]), ('L', [0.0, y, 0.0])]);
+        assert_eq!(doubts(&found), told, "{named}");
     }
 }
