@@ -349,7 +349,8 @@ impl<'t> Lexer<'t> {
         let (kind, names) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
         let key: fn(String) -> Key = match kind.to_ascii_uppercase().as_str() {
             "REAL" => Key::Name,
-            "INT" | "BOOL" => Key::Whole,
+            "INT" => Key::Whole,
+            "BOOL" => Key::Truth,
             _ => return Ok(()),
         };
         for part in names.split(',').filter(|part| !part.contains('[')) {

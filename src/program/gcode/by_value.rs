@@ -13,6 +13,13 @@ pub(super) fn given(
     known: &Parameters,
 ) -> Result<Vec<(Key, f64)>, String> {
     let keys = head(name, lines)?;
+    // What stands in parentheses behind a number is read as a comment.
+    if !keys.is_empty() && name.strip_prefix('L').is_some_and(|own| own.parse::<f64>().is_ok()) {
+        return Err(format!(
+            "{name} has parameters in its PROC: a call by an L number with values is not \
+             supported; give the subprogram a name without a number behind L"
+        ));
+    }
     let values = match inside.trim() {
         "" => Vec::new(),
         inside => arguments(name, inside, known)?,
@@ -49,9 +56,8 @@ fn head(name: &str, lines: &[(usize, &str)]) -> Result<Vec<Key>, String> {
         let is_name = |name: &str| name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
         match words.as_slice() {
             [kind, own] if kind == "real" && is_name(own) => Ok(Key::Name(own.clone())),
-            [kind, own] if matches!(kind.as_str(), "int" | "bool") && is_name(own) => {
-                Ok(Key::Whole(own.clone()))
-            }
+            [kind, own] if kind == "int" && is_name(own) => Ok(Key::Whole(own.clone())),
+            [kind, own] if kind == "bool" && is_name(own) => Ok(Key::Truth(own.clone())),
             _ => Err(format!(
                 "{name}: the parameter '{}' of PROC is not supported: REAL, INT and BOOL that are \
                  called by value alone",

@@ -22,6 +22,7 @@ impl Machine<'_> {
         if self.rotary.moves_work() || self.cutter.feed.kind == FeedKind::InverseTime {
             return Err("a cycle in inverse time or on turned work is not supported".to_owned());
         }
+        self.refuse_across(Vector3::ith(w, 1.0))?;
         let mut over = Vector3::zeros();
         for axis in [u, v] {
             over[axis] = self.cutter.at[axis].ok_or_else(|| unknown_before_cycle(axis))?;

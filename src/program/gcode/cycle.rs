@@ -81,12 +81,14 @@ impl Machine<'_> {
         if !(0.0..=MAX_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {
             return Err(format!("{repeats} repeats: expected a whole number from 0"));
         }
-        if repeats == 0.0 && block.has_any(&rotary::LETTERS) {
+        if repeats == 0.0 && self.rotary.turns_by(block, self.relative) {
             return Err("a rotary axis beside L0 or K0 of a cycle is not supported".to_owned());
         }
         let mut has_turned = self.cutter.place().is_none();
         let before = match self.cutter.place() {
             Some(place) => place,
+            // Words are kept, and nothing moves.
+            None if repeats == 0.0 => Vector3::zeros(),
             None => self.over_first_hole(line, block)?,
         };
         let [retract, bottom, step] =
@@ -208,11 +210,7 @@ impl Machine<'_> {
         }
         let turns = block.map(|block| self.turn(line, block, true)).transpose()? == Some(true);
         let along = self.rotary.way_in_work(up);
-        if self.rotary.turns_tool() && self.rotary.tool_axis().dot(&along) < ALIGNED {
-            let what = "a cycle while a rotary axis turns the tool away from the hole's axis would \
-                        drill across the tool: not supported";
-            return Err(what.to_owned());
-        }
+        self.refuse_across(along)?;
         if !(turns || self.rotary.moves_work()) {
             self.cutter.hole(line, over, up, hole);
             return Ok(());
@@ -228,6 +226,19 @@ impl Machine<'_> {
         self.cutter.straight_to_hole(line, zero, along, hole);
         // Where the text has it.
         self.cutter.at = (over + up * hole.retract).map(Some).into();
+        Ok(())
+    }
+
+    /// A hole along `along` in the work, where a rotary axis or a direction of the tool turns the
+    /// tool away from it. Where nothing turns it, a head may hold it along the plane's axis.
+    pub(super) fn refuse_across(&self, along: Vector3<f64>) -> Result<(), String> {
+        let unturned = self.rotary.way_in_work(Vector3::z());
+        let turns = self.rotary.turns_tool() || self.cutter.axis.dot(&unturned) < ALIGNED;
+        if turns && self.cutter.axis.dot(&along) < ALIGNED {
+            let what = "a cycle while the tool is turned away from the hole's axis would drill \
+                        across the tool: not supported";
+            return Err(what.to_owned());
+        }
         Ok(())
     }
 

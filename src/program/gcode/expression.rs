@@ -1,6 +1,6 @@
 //! Parameters and expressions of G-code: `#1`, `#<depth>`, `[#1 + 2]`, `R1`.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use crate::program::functions::function;
 use crate::program::span::{Held, Span};
@@ -18,8 +18,8 @@ pub(super) struct Parameters {
     numbered: HashMap<i64, Held>,
     /// By name in lower case; Sinumerik's R parameters as `r1`.
     named: HashMap<String, Held>,
-    /// Names of those that are rounded whenever they are set.
-    whole: HashSet<String>,
+    /// By name, what those that are not real numbers make of a value whenever they are set.
+    rounded: HashMap<String, fn(f64) -> f64>,
     /// Of Sinumerik's, in which R parameters alone are known to all programs.
     is_sinumerik: bool,
     /// Calls that are open; of a macro (G65), locals that were not given are vacant.
@@ -31,8 +31,8 @@ pub(super) struct Parameters {
 pub(super) struct Locals {
     numbered: HashMap<i64, Held>,
     named: HashMap<String, Held>,
-    /// Names of those that are rounded.
-    whole: HashSet<String>,
+    /// By name, what those that are not real numbers make of a value.
+    rounded: HashMap<String, fn(f64) -> f64>,
 }
 
 /// A parameter as the text names it.
@@ -42,6 +42,8 @@ pub(super) enum Key {
     Name(String),
     /// A variable that is declared as a whole number.
     Whole(String),
+    /// A variable that is declared as true or false: any value but 0 is true, which is 1.
+    Truth(String),
 }
 
 impl Key {
@@ -49,7 +51,7 @@ impl Key {
     pub(super) fn name(&self) -> Result<&str, i64> {
         match self {
             Self::Number(number) => Err(*number),
-            Self::Name(name) | Self::Whole(name) => Ok(name),
+            Self::Name(name) | Self::Whole(name) | Self::Truth(name) => Ok(name),
         }
     }
 }
@@ -63,7 +65,7 @@ impl Parameters {
         if value.is_nan() {
             match key {
                 Key::Number(number) => self.numbered.remove(&number),
-                Key::Name(name) | Key::Whole(name) => self.named.remove(&name),
+                Key::Name(name) | Key::Whole(name) | Key::Truth(name) => self.named.remove(&name),
             };
             return Ok(());
         }
@@ -74,15 +76,21 @@ impl Parameters {
             return Err("the program sets too many parameters".to_owned());
         }
         let held = Held { value, span };
-        let whole = Held::worked_out(value.round());
+        let rounded = |round: fn(f64) -> f64| Held::worked_out(round(value));
         match key {
             Key::Number(0) => return Err("#0 cannot be set".to_owned()),
             Key::Number(number) => self.numbered.insert(number, held),
-            Key::Name(name) if self.whole.contains(&name) => self.named.insert(name, whole),
-            Key::Name(name) => self.named.insert(name, held),
+            Key::Name(name) => {
+                let held = self.rounded.get(&name).map_or(held, |round| rounded(*round));
+                self.named.insert(name, held)
+            }
             Key::Whole(name) => {
-                self.whole.insert(name.clone());
-                self.named.insert(name, whole)
+                self.rounded.insert(name.clone(), f64::round);
+                self.named.insert(name, rounded(f64::round))
+            }
+            Key::Truth(name) => {
+                self.rounded.insert(name.clone(), truth);
+                self.named.insert(name, rounded(truth))
             }
         };
         Ok(())
@@ -107,7 +115,7 @@ impl Parameters {
     fn held(&self, key: &Key) -> Option<&Held> {
         match key {
             Key::Number(number) => self.numbered.get(number),
-            Key::Name(name) | Key::Whole(name) => self.named.get(name),
+            Key::Name(name) | Key::Whole(name) | Key::Truth(name) => self.named.get(name),
         }
     }
 
@@ -126,7 +134,7 @@ impl Parameters {
         self.take_locals();
         self.numbered.extend(kept.numbered);
         self.named.extend(kept.named);
-        self.whole = kept.whole;
+        self.rounded = kept.rounded;
     }
 
     fn take_locals(&mut self) -> Locals {
@@ -137,9 +145,14 @@ impl Parameters {
         Locals {
             numbered: self.numbered.extract_if(|number, _| (1..=33).contains(number)).collect(),
             named: self.named.extract_if(|name, _| is_local(name)).collect(),
-            whole: std::mem::take(&mut self.whole),
+            rounded: std::mem::take(&mut self.rounded),
         }
     }
+}
+
+/// A value as true or false (Siemens, SINUMERIK 840D sl/828D Job Planning, "Type conversion").
+fn truth(value: f64) -> f64 {
+    f64::from(value != 0.0)
 }
 
 /// What is wrong with a parameter that the program has not set.
@@ -150,7 +163,7 @@ pub(super) fn shown(key: &Key) -> String {
         Key::Number(number) => format!("#{number}"),
         Key::Name(name) if is_r_parameter(name) => name.to_uppercase(),
         Key::Name(name) if name.starts_with('_') => format!("'{name}'"),
-        Key::Name(name) | Key::Whole(name) => format!("#<{name}>"),
+        Key::Name(name) | Key::Whole(name) | Key::Truth(name) => format!("#<{name}>"),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
-use super::block::{Block, Counts};
+use super::block::{Block, Counts, Word};
 use crate::program::RotaryAxis;
 use crate::units::rad_from_deg;
 
@@ -10,6 +10,14 @@ use crate::units::rad_from_deg;
 pub(super) const LETTERS: [u8; 6] = *b"ABCUVW";
 
 const FULL_TURN_DEG: f64 = 360.0;
+
+/// Relative turns add up to whole ones but for rounding, degrees.
+const ROUNDING_DEG: f64 = 1e-6;
+
+fn is_whole_turn(angle: f64) -> bool {
+    let rest = angle.rem_euclid(FULL_TURN_DEG);
+    rest.min(FULL_TURN_DEG - rest) <= ROUNDING_DEG
+}
 
 pub(super) struct Rotary<'a> {
     /// As the job lists them: from the base to the tool, or to the work that they turn.
@@ -30,28 +38,45 @@ impl<'a> Rotary<'a> {
     pub(super) fn turn(&mut self, block: &Block, relative: bool) -> Result<f64, String> {
         let mut turned: f64 = 0.0;
         for word in block.words.iter().filter(|word| LETTERS.contains(&word.letter)) {
-            let of_job = self.axes.iter().position(|axis| axis.letter == word.letter);
-            let Some(index) = of_job else {
-                if word.value == 0.0 {
-                    continue;
-                }
-                return Err(format!(
-                    "axis {} moves, and the job does not say what it turns; write \
-                     path.program.rotary_axes",
-                    char::from(word.letter)
-                ));
-            };
-            let by = match word.counts {
-                Counts::AsModal => relative,
-                Counts::Absolute => false,
-                Counts::Relative => true,
-            };
+            let Some((index, by)) = self.named(word, relative)? else { continue };
             let angle = if by { self.angles[index] + word.value } else { word.value };
             turned = turned.max((angle - self.angles[index]).abs());
             self.angles[index] = angle;
             self.are_away[index] &= by;
         }
         Ok(turned)
+    }
+
+    /// Which axis of the job a word turns, and whether it counts from where the axis is; none where
+    /// it leaves one at zero that the job does not name.
+    fn named(&self, word: &Word, relative: bool) -> Result<Option<(usize, bool)>, String> {
+        let of_job = self.axes.iter().position(|axis| axis.letter == word.letter);
+        let by = match word.counts {
+            Counts::AsModal => relative,
+            Counts::Absolute => false,
+            Counts::Relative => true,
+        };
+        match of_job {
+            Some(index) => Ok(Some((index, by))),
+            None if word.value == 0.0 => Ok(None),
+            None => Err(format!(
+                "axis {} moves, and the job does not say what it turns; write \
+                 path.program.rotary_axes",
+                char::from(word.letter)
+            )),
+        }
+    }
+
+    /// Whether the block turns an axis, or may: where it is has to be known.
+    pub(super) fn turns_by(&self, block: &Block, relative: bool) -> bool {
+        let mut words = block.words.iter().filter(|word| LETTERS.contains(&word.letter));
+        words.any(|word| match self.named(word, relative) {
+            Ok(None) => false,
+            Ok(Some((index, _))) if self.are_away[index] => true,
+            Ok(Some((_, true))) => word.value != 0.0,
+            Ok(Some((index, false))) => word.value != self.angles[index],
+            Err(_) => true,
+        })
     }
 
     /// The axes of a block go to a reference or a place of the machine.
@@ -73,7 +98,7 @@ impl<'a> Rotary<'a> {
         for word in block.words.iter().filter(|word| LETTERS.contains(&word.letter)) {
             let of_job = self.axes.iter().position(|axis| axis.letter == word.letter);
             match of_job.filter(|_| !is_shift).map(|index| &mut self.angles[index]) {
-                Some(angle) if (*angle - word.value) % FULL_TURN_DEG == 0.0 => *angle = word.value,
+                Some(angle) if is_whole_turn(*angle - word.value) => *angle = word.value,
                 None if word.value == 0.0 => {}
                 _ => {
                     let name = char::from(word.letter);

@@ -315,7 +315,7 @@ impl<'a> Machine<'a> {
         if let (Some(before), [Some(x), Some(y), Some(z)]) = (self.cutter.place(), by_way)
             && Vector3::new(x, y, z) != before
         {
-            self.cutter.line_to(line, Vector3::new(x, y, z), Pace::Rapid);
+            self.line_to(line, Vector3::new(x, y, z), Pace::Rapid, None)?;
         }
         self.leave(line, block, "G28/G30");
         Ok(())

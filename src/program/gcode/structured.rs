@@ -156,7 +156,7 @@ impl Flow<'_> {
 
     /// To a label or a block number, of which each may stand more than once: GOTOF to the next
     /// towards the end, GOTOB to the next towards the beginning, GOTO and GOTOC to either, the end
-    /// first. GOTOC goes on where there is none.
+    /// first. GOTOC goes on where there is none, if it names a label or a number.
     fn go_to(&mut self, word: &str, target: &str, line: usize) -> Result<(), String> {
         let target = target.trim().to_uppercase();
         let digits = target.strip_prefix('N').filter(|digits| {
@@ -177,7 +177,7 @@ impl Flow<'_> {
         };
         match found {
             Some(found) => self.next = found,
-            None if word == "GOTOC" => {}
+            None if word == "GOTOC" && (digits.is_some() || is_label(&target)) => {}
             None => return Err(format!("{word}: {target} is not there")),
         }
         Ok(())
@@ -214,4 +214,11 @@ impl Flow<'_> {
         }
         chosen.map_or(Ok(()), |(word, target)| self.go_to(word, target, line))
     }
+}
+
+/// Whether a target in upper case is a label as it stands, and none to be worked out: labels begin
+/// with two letters or underscores.
+fn is_label(target: &str) -> bool {
+    let begins = target.bytes().take_while(|byte| byte.is_ascii_alphabetic() || *byte == b'_');
+    begins.count() >= 2 && target.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
 }

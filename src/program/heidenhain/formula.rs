@@ -16,7 +16,8 @@ pub(super) const OTHERS: &str =
 /// The radius of the tool in the spindle, with DR.
 pub(super) const RADIUS: u32 = 108;
 pub(super) const OF_TOOL: &str = "Q108 is the tool's radius, which TOOL CALL takes from the \
-     control's tool table: assume: {Q108: 5} in the job gives that of one tool";
+     control's tool table: assume: {Q108: 5} in the job gives that of the first tool alone, and \
+     holds up to a call of another tool or with another DR";
 
 /// The value of a formula. Decimal commas are points.
 pub(super) fn value_of(text: &str, known: &Parameters) -> Result<f64, String> {

@@ -524,6 +524,16 @@ fn rotary_axes_that_no_hole_follows_are_refused() {
     refused("G81 Z-5 R2 A45 F300", false, "across the tool");
     refused("G0 A45\nG81 Z-5 R2 F300", false, "across the tool");
     refused("G81 Z-5 R2 A45 L0 F300", true, "L0 or K0");
+    refused("G28 A0\nG81 Z-5 R2 A0 K0 F300", true, "L0 or K0");
+    // Where it turns nothing, it may stand there; nothing moves, from an unknown place, too.
+    for text in
+        ["G0 X10 Y0 Z50\nG81 Z-5 R2 A0 K0 F300\nX20", "G0 Z50\nG81 X9 Y3 Z-5 R2 K0 F300\nX20 Y0"]
+    {
+        let program = turned(&format!("{text}\nG80"));
+        let begun = if text.contains("X10") { vec![('L', [10.0, 0.0, 50.0])] } else { vec![] };
+        let hole = [50.0, 2.0, -5.0, 2.0, 50.0].map(|z| ('L', [20.0, 0.0, z]));
+        assert_ends(&program, &[&begun[..], &hole[..]].concat());
+    }
 }
 
 /// Where two axes turn the work, the first of the list carries the second.
@@ -546,6 +556,14 @@ fn a_rotary_axis_goes_to_its_reference_or_counts_anew() {
     assert_eq!(told("G28 A0\nG0 X10 Y0 Z50\nX20"), [3]);
     assert_eq!(told("G53 Z0 A0\nG0 Z50\nA0"), [3]);
     assert!(told("G28 A0\nG0 X10 Y0 Z50 A0\nX20").is_empty());
+    // By way of (20, 60, 0), on the work as it is turned.
+    let by_way = turned("G0 X10 Y0 Z50 A90\nG28 X20 Y0 Z60");
+    assert_ends(&by_way, &[('L', [10.0, 50.0, 0.0]), ('L', [20.0, 60.0, 0.0])]);
+    // Turns that add up to a whole one but for rounding.
+    let thirds = "G91\n".to_owned() + &"G0 A0.1\n".repeat(3);
+    let summed = format!("G0 X10 Y0 Z50 A359.7\n{thirds}G90\nG92 A0\nG0 X20");
+    let last = turned(&summed).moves.last().map(|each| end(each).1);
+    assert_pose(&last.unwrap(), &pose([20.0, 0.0, 50.0], [0.0, 1.0, 0.0, 0.0]));
     // 360° is 0°, from where the work turns by 90°.
     let unwound = turned("G0 X10 Y0 Z50 A360\nG92 A0\nG81 Z-5 R2 A90 F300\nG80");
     let hole = [50.0, 2.0, -5.0, 2.0, 50.0].map(|y| ('L', [10.0, y, 0.0]));

@@ -143,6 +143,32 @@ fn what_is_not_clear_is_refused() {
     assert!(found[0].what.contains("turned work"), "{found:?}");
 }
 
+/// As G81 is.
+#[test]
+fn cycles_across_a_tilted_tool_are_refused() {
+    let rotary_axes = vec![RotaryAxis {
+        letter: b'A',
+        axis: nalgebra::Vector3::x_axis(),
+        turns_work: false,
+        origin_mm: nalgebra::Vector3::zeros(),
+    }];
+    let tilted = Settings { rotary_axes, ..settings() };
+    let of =
+        |text: &str| read(format!("{HEAD}{text}M30\n").as_bytes(), Dialect::Sinumerik, &tilted);
+    for text in [
+        "G0 A30\nCYCLE81(20,0,2,-8)\n",
+        "MCALL CYCLE81(20,0,2,-8)\nX10\nA30\nMCALL\n",
+        "TRAORI\nG0 X5 A3=0.6 C3=0.8\nCYCLE84(20,0,2,-8,,0,3,,1,0,300,300)\n",
+        "TRAORI\nG0 X5 A3=0.6 C3=0.8\nMCALL CYCLE82(20,0,2,-8,,0)\nX10\nMCALL\n",
+    ] {
+        let found = of(text).expect_err(text);
+        assert!(found[0].what.contains("across the tool"), "{text}: {found:?}");
+    }
+    let straight = of("TRAORI\nG0 X5 C3=1\nG0 A30\nA0\nCYCLE81(20,0,2,-8)\n").unwrap();
+    let last = end(&straight.moves[straight.moves.len() - 1]).1.translation.z;
+    assert!((last - 0.02).abs() < 1e-9, "{last}");
+}
+
 /// A turn of the work carries the tool on an arc: the line that is read is one under TRAORI alone.
 #[test]
 fn turns_of_rotary_axes_in_one_move() {
@@ -266,7 +292,11 @@ fn labels_and_block_numbers_that_stand_more_than_once() {
             assert_xs(&only, &[1.0, 2.0, 3.0, 7.0]);
         }
     }
-    assert_xs("GOTOC NOWHERE\nG1 X1\n", &[1.0]);
+    assert_xs("GOTOC NOWHERE\nGOTOC N70\nG1 X1\n", &[1.0]);
+    // What is worked out or malformed is not known to be absent.
+    for target in ["\"N\"<<R1", "\"MARK\"", "N70 N80", "R1", ""] {
+        refused(&format!("R1=10\nGOTOC {target}\nG1 X1\nMARK: N10 X2\n"), "is not there");
+    }
     refused("GOTOF NOWHERE\nG1 X1\n", "NOWHERE is not there");
     refused("MARK:\nG1 X1\nMARK:\nX2\nREPEAT MARK P=1\n", "more than once");
 }
@@ -296,7 +326,10 @@ fn subprograms_have_parameters() {
     let with = |head: &str, text: &str| {
         let slot =
             format!("; A SLOT\n{head}\nIF COUNT>0\nG1 X=LONG Y=COUNT\nENDIF\nCOUNT=0\nRET\n");
-        let companions = vec![Companion { name: "SLOT.spf".to_owned(), text: slot }];
+        let slot = Companion { name: "SLOT.spf".to_owned(), text: slot };
+        let text_of_l100 = "PROC L100(REAL DEEP)\nRET\n".to_owned();
+        let l100 = Companion { name: "L100.spf".to_owned(), text: text_of_l100 };
+        let companions = vec![slot, l100];
         let settings = Settings { companions, ..settings() };
         read(format!("{HEAD}{text}M30\n").as_bytes(), Dialect::Sinumerik, &settings)
     };
@@ -314,6 +347,20 @@ fn subprograms_have_parameters() {
             ('L', [4.0, 1.0, 50.0]),
         ],
     );
+    // Of BOOL, any value but 0 is true, as an argument and by each assignment.
+    let of_truths = "PROC SLOT(REAL LONG, BOOL COUNT)";
+    let truths = "SLOT(1,5)\nSLOT(2,0.4)\nSLOT(3,0)\nDEF BOOL FLAG=0.4\nG1 X=4 Y=FLAG\n\
+                  FLAG=-7\nX=5 Y=FLAG\n";
+    assert_ends(
+        &with(of_truths, truths).unwrap(),
+        &[
+            ('L', [0.0, 0.0, 50.0]),
+            ('L', [1.0, 1.0, 50.0]),
+            ('L', [2.0, 1.0, 50.0]),
+            ('L', [4.0, 1.0, 50.0]),
+            ('L', [5.0, 1.0, 50.0]),
+        ],
+    );
     for (head, text, said) in [
         (head, "SLOT(20)\n", "1 values for the 2 parameters"),
         (head, "SLOT\n", "0 values for the 2 parameters"),
@@ -321,6 +368,7 @@ fn subprograms_have_parameters() {
         (head, "SLOT(R5,1)\n", "R5 is read"),
         (head, "SLOT(20,1) P2\n", "P beside parameters"),
         ("PROC SLOT(VAR REAL LONG, INT COUNT)", "SLOT(20,1)\n", "called by value alone"),
+        (head, "EXTERN L100(REAL)\nL100(5)\n", "a call by an L number with values"),
         ("PROC SLOT(STRING[5] LONG, INT COUNT)", "SLOT(20,1)\n", "called by value alone"),
     ] {
         let found = with(head, text).unwrap_err();
