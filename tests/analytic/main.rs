@@ -34,6 +34,7 @@ mod identify_notices;
 mod identify_random;
 mod identify_recorders;
 mod identify_traps;
+mod maps;
 mod model_properties;
 mod paper;
 mod path;
