@@ -79,6 +79,9 @@ pub struct Stated {
     pub external_s: f64,
     /// The arm configuration at the end of the move.
     pub configuration: Option<Arc<Configuration>>,
+    /// What the program says of the arm configuration where the path starts, if that cannot be
+    /// compared with joint positions.
+    pub uncompared: Option<Arc<str>>,
 }
 
 /// An arm configuration that a program asks for.

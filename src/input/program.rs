@@ -132,7 +132,7 @@ pub(super) fn program_moves(
 }
 
 /// Those of the names, in lower case, that stand in a text. `pr[14,3]` does where PR[14] stands,
-/// and where another register gives the number.
+/// and where another register or an argument gives the number.
 fn named_in<'n, 't>(
     names: impl Iterator<Item = &'n String>,
     texts: impl Iterator<Item = &'t [u8]> + Clone,
@@ -150,7 +150,8 @@ fn named_in<'n, 't>(
             })
         };
         texts.clone().any(|text| {
-            has(text, head, true) || head != list && has(text, &format!("{list}[r["), false)
+            let by_another = |by: &str| has(text, &format!("{list}[{by}["), false);
+            has(text, head, true) || head != list && (by_another("r") || by_another("ar"))
         })
     };
     names.filter(stands).cloned().collect()
@@ -471,4 +472,18 @@ fn setter(
         }
     };
     Some(SetBy { what, per_unit: per_unit.unwrap_or(1.0) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::named_in;
+
+    #[test]
+    fn an_index_may_be_a_register_or_an_argument() {
+        let names = ["pr[41,1]", "pr[4]", "di[1]"].map(str::to_owned);
+        let found = |text: &str| named_in(names.iter(), std::iter::once(text.as_bytes()));
+        assert_eq!(found("L PR[AR[1]] Offset,PR[4:a]"), ["pr[41,1]", "pr[4]"]);
+        assert_eq!(found("PR[41]=PR[R[3:n]]"), ["pr[41,1]", "pr[4]"]);
+        assert_eq!(found("PR[2]=P[1]"), [""; 0]);
+    }
 }

@@ -85,9 +85,19 @@ pub(super) fn beside_configurations(
             true => has_another(robot, kinematics, a_move, q),
             false => beyond_in_all(asked, q) > FRAC_PI_2,
         };
-        found.push(Beside { index, line: a_move.line, what, is_open });
+        let is_missed = misses(asked, q);
+        found.push(Beside { index, line: a_move.line, what, is_open, is_missed });
     }
     found
+}
+
+/// Whether joints lie beside a range that is wider than a quadrant: such a one is the sign or the
+/// turn of an axis, which the controller keeps.
+fn misses(asked: &Configuration, q: &[f64]) -> bool {
+    asked.joints.iter().any(|&(joint, [lowest, highest])| {
+        let is_beside = |at: &f64| (lowest - at).max(at - highest) > SAME_CONFIGURATION;
+        highest - lowest > FRAC_PI_2 + ROUNDING && q.get(joint).is_some_and(is_beside)
+    })
 }
 
 /// Whether other joint positions reach the target of a move about as near to the arm configuration

@@ -1,5 +1,6 @@
 //! Moves → a path, as the controller interpolates them.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
@@ -76,8 +77,14 @@ impl<'a> Path<'a> {
                     let beside =
                         beside_configurations(robot, &kinematics, moves, &knots, &segments);
                     let found_start = (rank > 0).then(|| start.clone());
+                    let said = first.stated.uncompared.as_ref();
+                    let said = said.filter(|_| start_near.is_none());
+                    let open_start = said
+                        .filter(|_| has_other_arm(&starts, start))
+                        .map(|said| (first.line, Arc::clone(said), shown_joints(robot, start)));
                     let mut path = Self::assemble(robot, kinematics, knots, segments);
                     (path.found_start, path.beside) = (found_start, beside);
+                    path.open_start = open_start;
                     let choices = moves.iter().enumerate();
                     let choices = choices.filter(|(_, a_move)| leaves_choice(robot, a_move));
                     path.choices = choices.map(|(index, _)| index).collect();
@@ -103,6 +110,20 @@ impl<'a> Path<'a> {
         }
         Err(furthest.map_or_else(Vec::new, all_of))
     }
+}
+
+/// Whether others of the joint positions at which a path may start have the arm elsewhere. A wrist
+/// that is turned over alone, the last three joints, moves next to no mass.
+fn has_other_arm(starts: &[Vec<f64>], start: &[f64]) -> bool {
+    /// Positions that are no nearer to each other are others, rad.
+    const OTHER: f64 = 0.1;
+    const WRIST: usize = 3;
+    let arm = start.len().saturating_sub(WRIST);
+    let is_other = |(a, b): (&f64, &f64)| {
+        let by = (a - b).rem_euclid(TAU);
+        by.min(TAU - by) > OTHER
+    };
+    starts.iter().any(|other| other.iter().zip(start).take(arm).any(is_other))
 }
 
 /// Whether a move ends at a pose that fixes fewer joints than are free there.

@@ -131,6 +131,9 @@ pub struct Path<'a> {
     /// Where the path starts, if nearer joint positions that reach its first target do not lead
     /// along it.
     pub(super) found_start: Option<Vec<f64>>,
+    /// Where others reach its first target, too, and the program says which in a way that cannot be
+    /// compared: the line, what it says, and the joint positions.
+    pub(super) open_start: Option<(usize, Arc<str>, String)>,
     /// Targets that are reached beside the arm configurations that the program asks for.
     pub(super) beside: Vec<Beside>,
     /// Moves to poses that leave the arm a choice: fewer joints fixed than there are.
@@ -166,6 +169,7 @@ impl<'a> Path<'a> {
             standing_s,
             segments,
             found_start: None,
+            open_start: None,
             beside: Vec::new(),
             choices: Vec::new(),
             knots_s,
@@ -208,8 +212,10 @@ impl<'a> Path<'a> {
             own = last.map(|at| Segment::standing(at, own.len())).into_iter().collect();
         }
         let found_start = self.found_start.clone().filter(|_| stretch_start == 0);
+        let open_start = self.open_start.clone().filter(|_| stretch_start == 0);
         Path {
             found_start,
+            open_start,
             beside,
             choices,
             ..Path::assemble(robot, self.kinematics.clone(), knots, own)
@@ -234,10 +240,23 @@ impl<'a> Path<'a> {
         self.beside.iter().find(|target| target.is_open).map(|target| target.line)
     }
 
+    /// Whether the controller takes no joint positions beside what is asked for at any of these
+    /// targets, as where a program states the sign of an axis, not a quadrant.
+    pub fn misses_configuration(&self) -> bool {
+        self.beside.iter().any(|target| target.is_missed)
+    }
+
     /// The joint positions where the path starts, as start_near_deg has them, if nobody asked for
     /// them and nearer ones reach the first target, too, but do not lead along the path.
     pub fn found_start(&self) -> Option<String> {
         self.found_start.as_ref().map(|start| shown_joints(self.robot, start))
+    }
+
+    /// Where nobody asked for joint positions at the start and others reach the first target, too:
+    /// its line, what the program says of them that cannot be compared, and those that are taken,
+    /// as start_near_deg has them.
+    pub fn open_start(&self) -> Option<(usize, &str, &str)> {
+        self.open_start.as_ref().map(|(line, said, start)| (*line, &**said, &**start))
     }
 
     /// The robot that runs the path.
@@ -444,6 +463,8 @@ pub(super) struct Beside {
     pub(super) what: String,
     /// Whether others are about as near.
     pub(super) is_open: bool,
+    /// Whether the controller takes none beside it.
+    pub(super) is_missed: bool,
 }
 
 /// Knots as they are found, over time.

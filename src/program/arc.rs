@@ -64,8 +64,14 @@ pub(super) struct Piece {
     pub(super) end: Vector3<f64>,
 }
 
-/// Start and end are this near where a full turn is meant.
+/// Start and end are this near along the arc where a full turn is meant.
 const SAME_POINT_MM: f64 = 1e-6;
+
+/// Controls round places to so much.
+const RESOLUTION_MM: f64 = 1e-3;
+
+/// A circle of this radius is one with places so rounded.
+const LEAST_RADIUS_MM: f64 = 10.0 * RESOLUTION_MM;
 
 /// The radii at start and end may differ by what programs round to: as LinuxCNC has it.
 const RADIUS_TOLERANCE_MM: f64 = 0.005;
@@ -100,7 +106,7 @@ pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
     if radius <= SAME_POINT_MM {
         return Err("the arc has no radius".to_owned());
     }
-    let sweep = sweep(from, to, [angle, end_angle], arc);
+    let sweep = sweep(radius, [angle, end_angle], arc);
     let rise = end[w] - start[w];
     let count = piece_count(radius, sweep, rise);
     if count > MAX_PIECES {
@@ -146,12 +152,27 @@ fn polar(point: [f64; 2], centre: [f64; 2]) -> (f64, f64) {
     (x.hypot(y), y.atan2(x))
 }
 
-/// Angle from start to end in the sense of the arc, rad, signed.
-fn sweep(from: [f64; 2], to: [f64; 2], angles: [f64; 2], arc: &Arc) -> f64 {
+/// Angle from start to end in the sense of the arc, rad, signed. Where both lie in one direction
+/// from the centre, it is a full turn, though their radii differ by what programs round to.
+fn sweep(radius: f64, angles: [f64; 2], arc: &Arc) -> f64 {
     let sense = if arc.clockwise { -1.0 } else { 1.0 };
-    let full = (to[0] - from[0]).hypot(to[1] - from[1]) <= SAME_POINT_MM;
-    let turn = if full { TAU } else { (sense * (angles[1] - angles[0])).rem_euclid(TAU) };
+    let turn = (sense * (angles[1] - angles[0])).rem_euclid(TAU);
+    let is_full = turn.min(TAU - turn) * radius <= SAME_POINT_MM;
+    let turn = if is_full { TAU } else { turn };
     sense * (turn + TAU * f64::from(arc.more_turns))
+}
+
+/// How long an arc is whose ends a control may round to one point, about which it then makes a
+/// whole circle.
+pub(super) fn tiny(arc: &Arc) -> Option<f64> {
+    let Centre::At(centre) = arc.centre else { return None };
+    let Plane([u, v, _]) = arc.plane;
+    let [(radius, start), (_, end)] = [arc.start, arc.end].map(|point| {
+        let point = arc.turn * point;
+        polar([point[u], point[v]], centre)
+    });
+    let length = sweep(radius, [start, end], &Arc { more_turns: 0, ..*arc }).abs() * radius;
+    (radius > LEAST_RADIUS_MM && length < RESOLUTION_MM).then_some(length)
 }
 
 fn piece_count(radius: f64, sweep: f64, rise: f64) -> f64 {
@@ -224,6 +245,25 @@ mod tests {
         assert_eq!(full.len(), 2);
         assert!(near(full[0].via, [0.0, -10.0, 0.0]) && near(full[0].end, [-10.0, 0.0, 0.0]));
         assert!(near(full[1].via, [0.0, 10.0, 0.0]));
+        // An end that rounding has put a little nearer to the centre or farther from it.
+        for off in [-1e-4, 1e-4] {
+            let full = pieces(&arc([10.0 + off, 0.0, 0.0], Centre::At([0.0; 2]), true)).unwrap();
+            assert_eq!(full.len(), 2, "{full:?}");
+            assert!(near(full[0].end, [-10.0 - off / 2.0, 0.0, 0.0]), "{full:?}");
+        }
+    }
+
+    /// From (10, 0) by the angle that its length is at 10 mm; the whole circle is 62.8 mm.
+    #[test]
+    fn an_arc_below_the_resolution_of_controls_is_tiny() {
+        let of = |y: f64, clockwise| tiny(&arc([10.0, y, 0.0], Centre::At([0.0; 2]), clockwise));
+        assert!(of(3e-4, false).is_some_and(|length| (length - 3e-4).abs() < 1e-9));
+        assert!(of(-3e-4, true).is_some());
+        for (y, clockwise) in [(0.0, false), (3e-4, true), (2e-3, false), (1e-8, false)] {
+            assert_eq!(of(y, clockwise), None, "{y} {clockwise}");
+        }
+        // Of a radius, two points that are one have no circle.
+        assert_eq!(tiny(&arc([10.0, 3e-4, 0.0], Centre::Radius(5.0), false)), None);
     }
 
     #[test]

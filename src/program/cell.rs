@@ -210,13 +210,18 @@ impl External {
         let expected = ROBOT_AXES + self.joints.len();
         if self.joint_count != expected {
             return Err(format!(
-                "a jointtarget has {ROBOT_AXES} axes{}, the robot has {} moving joints",
+                "a jointtarget has {ROBOT_AXES} axes{}, the robot has {} moving joints{}",
                 if self.joints.is_empty() {
                     String::new()
                 } else {
                     format!(" and {} mapped by external_axes", self.joints.len())
                 },
-                self.joint_count
+                self.joint_count,
+                if self.joint_count > expected {
+                    ": external_axes in the job names those that the program has as external axes"
+                } else {
+                    ""
+                }
             ));
         }
         let mut arm = arm.iter();

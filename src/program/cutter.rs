@@ -175,6 +175,17 @@ impl<'a> Cutter<'a> {
         Ok(())
     }
 
+    /// An arc that a program gives by its centre.
+    pub(super) fn tell_tiny(&mut self, line: usize, arc: &Arc) {
+        if let Some(length) = arc::tiny(arc) {
+            let what = format!(
+                "an arc of {length:.5} mm: controls that round places to 0.001 mm may make a whole \
+                 circle of it; write a circle with its end where it begins, or no arc"
+            );
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
+    }
+
     /// Over the hole at the height where the tool is or the clearance, down, and out. `axis` is a
     /// unit vector out of the hole.
     pub(super) fn hole(&mut self, line: usize, at: Vector3<f64>, axis: Vector3<f64>, hole: &Hole) {

@@ -171,7 +171,8 @@ impl Log {
     /// Whether another has the same moves and speeds, and neither an error nor a doubt more. Arm
     /// configurations may be watched in one alone.
     pub(super) fn moves_like(&self, other: &Self) -> bool {
-        let unwatched = |own: &Stated| Stated { configuration: None, ..own.clone() };
+        let unwatched =
+            |own: &Stated| Stated { configuration: None, uncompared: None, ..own.clone() };
         let is_like = |(a, b): (&Move, &Move)| {
             let stated = &a.stated;
             a == b
@@ -338,6 +339,11 @@ impl Log {
         self.tcp_of[0] = tool;
     }
 
+    /// The tool that the job's tcp stands for now.
+    pub(super) fn tool_of_tcp(&self) -> Option<Tool> {
+        self.tcp_of[0].clone()
+    }
+
     /// One tcp for two tools is right only where they are of one length.
     fn one_tcp_for_all(&mut self, line: usize) {
         let [Some(now), first] = &self.tcp_of else { return };
@@ -359,6 +365,11 @@ impl Log {
                 self.warning(Code::ChangeIgnored, line, what);
             }
         }
+    }
+
+    /// Where the tip is behind a motion to joints, by the job's robot.
+    pub(super) fn stands_at(&mut self, tip: Isometry3<f64>, tcp: Isometry3<f64>) {
+        self.last = Some(Last { tip, tcp, holds_work: false });
     }
 
     /// Where the last motion went, if that is a pose.
@@ -420,7 +431,8 @@ impl Log {
         const ANY: f64 = 1.0;
         if !self.moves.is_empty() {
             self.feeds.incomplete = true;
-            if self.feed_m_per_s.is_none() {
+            // What is wrong before may have stated it.
+            if self.feed_m_per_s.is_none() && !self.has_errors() {
                 let what = "moves at a feed that the program does not state: write \
                             feed_mm_per_min in the job's operation";
                 if self.warned.insert(what.to_owned()) {
@@ -472,6 +484,14 @@ impl Log {
     pub(super) fn configure(&mut self, asked: Option<Configuration>) {
         if self.stated.configuration.as_deref() != asked.as_ref() {
             Arc::make_mut(&mut self.stated).configuration = asked.map(Arc::new);
+        }
+    }
+
+    /// What the program says of the arm configuration of the next move, if that is the first one
+    /// and cannot be compared.
+    pub(super) fn compares_no(&mut self, said: Option<String>) {
+        if self.stated.uncompared.as_deref() != said.as_deref() {
+            Arc::make_mut(&mut self.stated).uncompared = said.map(Arc::from);
         }
     }
 

@@ -22,20 +22,28 @@ pub(super) fn is_same(left: f64, right: f64) -> Result<bool, String> {
     Ok(left == right)
 }
 
-/// Refuses numbers of which rounding decides which is larger. Whole numbers and binary fractions
-/// are exact; what sums leave beside zero is none.
+/// Refuses numbers of which rounding decides which is larger.
 fn apart(left: f64, right: f64) -> Result<(), String> {
+    let is_sure = are_apart(left, right) || is_exact(left) && is_exact(right);
+    is_sure.then_some(()).ok_or_else(|| rounded(right))
+}
+
+/// Whether two numbers differ by more than rounding.
+pub(super) fn are_apart(left: f64, right: f64) -> bool {
     /// What some hundred sums lose, as a share.
     const ROUNDED: f64 = 1e-5;
     /// What they leave of numbers that cancel each other.
     const LEFT: f64 = 1e-4;
+    let off = (left - right).abs();
+    off > LEFT && off > ROUNDED * left.abs().max(right.abs())
+}
+
+/// Whether seven digits hold a number: whole ones and binary fractions. What sums leave beside
+/// zero is none.
+pub(super) fn is_exact(number: f64) -> bool {
     /// Parts of one that are exact.
     const PARTS: f64 = 65_536.0;
-    let is_exact =
-        |number: f64| f64::from(number as f32) == number && (number * PARTS).fract() == 0.0;
-    let off = (left - right).abs();
-    let is_far = off > LEFT && off > ROUNDED * left.abs().max(right.abs());
-    if is_far || is_exact(left) && is_exact(right) { Ok(()) } else { Err(rounded(right)) }
+    f64::from(number as f32) == number && (number * PARTS).fract() == 0.0
 }
 
 /// Why a comparison with such a number is not known.

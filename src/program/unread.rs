@@ -58,6 +58,21 @@ fn warn_of_lines(
     }
 }
 
+/// Whether a line names a parameter: letter case does not count.
+pub(super) fn names(line: &str, parameter: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let (line, parameter) = (line.to_lowercase(), parameter.to_lowercase());
+    line.split(&parameter).skip(1).any(|rest| !rest.starts_with(is_part))
+}
+
+/// Tells of what the job assumes in vain, where it stands in the program; `others` says what may be
+/// assumed, where this may not.
+pub(super) fn tell_unheeded(log: &mut Log, line: usize, parameter: &str, others: Option<&str>) {
+    let why = others.unwrap_or("the program sets it before it reads it");
+    let what = format!("the job assumes '{parameter}', which has no effect on this program: {why}");
+    log.warning(Code::Unused, line, what);
+}
+
 /// Warns of moves at a line behind the end of the program.
 pub(super) fn behind_end(log: &mut Log, line: usize) {
     let what = "moves stand here, behind the end of the program, and nothing calls them: \

@@ -39,19 +39,35 @@ pub(super) fn on_operation(
         );
         warnings.push(about_operation(job, operation, Code::Assumed, what));
     }
+    if let Some((line, said, start)) = path.open_start() {
+        let what = format!(
+            "the arm starts at {start}; other arm configurations reach the first target, too, and \
+             {said} is not compared with them: write start_near_deg in the job's operation, these \
+             or others"
+        );
+        let place = Place { line: Some(line), ..Place::default() };
+        warnings.push(in_operation(
+            job,
+            operation,
+            Note::warning(Code::ChangeIgnored, place, what),
+        ));
+    }
     if let Some((line, what, others)) = path.beside_configuration() {
         let others = match others {
             0 => String::new(),
             1 => "; the same at one further target".to_owned(),
             more => format!("; the same at {more} further targets"),
         };
+        let (code, taken) = match path.misses_configuration() {
+            true => (Code::ChangeIgnored, "the nearest are taken, and the controller takes others"),
+            false => (Code::Assumed, "those in the quadrant beside it are taken"),
+        };
         let what = format!(
             "no joint positions reach the target in the arm configuration that the program asks \
-             for; those in the quadrant beside it are taken ({what}){others}; check tcp and \
-             work_object"
+             for; {taken} ({what}){others}; check tcp and work_object"
         );
         let place = Place { line: Some(line), ..Place::default() };
-        warnings.push(in_operation(job, operation, Note::warning(Code::Assumed, place, what)));
+        warnings.push(in_operation(job, operation, Note::warning(code, place, what)));
     }
     if let Some(line) = path.open_configuration() {
         let what = "several joint positions reach the target about as near to the arm \

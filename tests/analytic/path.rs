@@ -92,6 +92,13 @@ fn the_arm_configuration_of_a_program_is_kept_named_or_refused() {
             }
         }
     }
+    // Axis 5 is at 0.9 rad. A controller keeps the sign or the turn of an axis, and of quadrants it
+    // takes the nearest.
+    for (low, high, is_missed) in [(1.0, 20.0, true), (1.0, 1.0 + FRAC_PI_2, false)] {
+        let path = Path::plan(&robot, &asked(4, low, high), None).unwrap();
+        assert!(path.beside_configuration().is_some());
+        assert_eq!(path.misses_configuration(), is_missed);
+    }
     let refused = Path::plan(&robot, &asked(2, 2.8, 3.0), None).unwrap_err();
     assert!(refused[0].what.contains("asks for its quadrant"), "{refused:?}");
 }
@@ -315,6 +322,27 @@ fn the_start_may_be_sought_near_other_joint_positions() {
     let mut q = [0.0; 6];
     plain.reader().at(0.0, &mut q).unwrap();
     assert!((q[4] - HOME[4]).abs() < 1e-9);
+}
+
+/// What a program says of the arm configuration at its start may not say anything of joints: where another
+/// shoulder or elbow reaches the first target, too, that is told. A wrist turned over always reaches it.
+#[test]
+fn a_start_that_other_arm_configurations_reach_is_told() {
+    let robot = irb1600();
+    let open = |q: &[f64], near: Option<&[f64]>| {
+        let a = tcp_pose(&robot, q, &tool());
+        let b = shifted(&a, [-0.01, 0.0, 0.0], [0.0; 3]);
+        let mut line = moves(vec![Target::JointsTo(a), Target::Line(b)], tool());
+        let uncompared = Some(Arc::from("N U T"));
+        line[0].stated = Arc::new(Stated { uncompared, ..Stated::default() });
+        let path = Path::plan(&robot, &line, near).unwrap();
+        path.open_start().map(|(line, said, _)| (line, said.to_owned()))
+    };
+    // Over backwards the wrist is 1.26 m from axis 2, of 1.3 m, and axis 5 at 101°, of 115°.
+    assert_eq!(open(&HOME, None), Some((20, "N U T".to_owned())));
+    assert_eq!(open(&HOME, Some(&HOME)), None);
+    // Backwards it is 1.42 m away; with the elbow down axis 5 had to be at 129°.
+    assert_eq!(open(&[0.2, 0.6, -0.6, 0.1, 1.2, -0.4], None), None);
 }
 
 /// Counted from 1.

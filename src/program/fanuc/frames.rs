@@ -85,7 +85,8 @@ impl Run<'_> {
                 Some(chosen) if chosen != own && !may_be_another => {
                     return Err(format!(
                         "{name} has {short} : {own}, and {long} is {chosen} here: the controller \
-                         stops with an alarm"
+                         stops with an alarm unless $FRM_CHKTYP = -1 switches that check off; \
+                         write {long}={own} before the move"
                     ));
                 }
                 // Under another than its own the controller would stop.

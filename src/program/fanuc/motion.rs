@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::pace::NO_TURN_RAD;
-use super::position::{Held, JOINTS, POSE, axes, element_of};
+use super::position::{Held, JOINTS, POSE, axes, element_of, places_by_job};
 use super::run::{BEHIND_ERROR, Run, unstopped};
 use super::text::{Group, Statement};
 use super::words::{split_action, starts_with, word};
@@ -58,7 +58,10 @@ impl Run<'_> {
             return self.leave(statement, kind, &format!("PR[{number}]"), behind);
         }
         if let Some((line, name)) = self.unknown_end.take() {
-            let what = format!("{name} is known only at run time, and motion follows from there");
+            let what = format!(
+                "{name} is known only at run time, and motion follows from there; {}",
+                places_by_job(&name)
+            );
             self.log.error(Code::Motion, line, what);
         }
         let count = if kind == "C" { 2 } else { 1 };
@@ -66,6 +69,13 @@ impl Run<'_> {
         let mut tcp = None;
         let mut last = None;
         for _ in 0..count {
+            let option = word(rest).split(',').next().unwrap_or("");
+            if !places.is_empty() && option.to_ascii_uppercase().ends_with("OFFSET") {
+                return Err(format!(
+                    "{option} of the first point of C is not read: set a PR[] to the place that it \
+                     shifts to"
+                ));
+            }
             let (aim, behind) = self.aim(statement.line, rest)?;
             if !aim.is_register {
                 self.frames_agree(&aim.name, &aim.group)?;
@@ -176,6 +186,9 @@ impl Run<'_> {
         let behind = behind.trim_start();
         let options = behind.get(word(behind).len()..).unwrap_or("");
         let (_, actions) = self.options(statement.line, options)?;
+        if self.skipped.iter().all(|(_, own)| own != name) {
+            self.skipped.push((statement.line, name.to_owned()));
+        }
         if kind == "L" {
             let what =
                 format!("L {name}: the place is not in the program; the move there is skipped");
@@ -184,7 +197,9 @@ impl Run<'_> {
                 self.unknown_end.get_or_insert((statement.line, name.to_owned()));
             }
         } else {
-            self.log.leaves(statement.line, &format!("{kind} {name}"));
+            let hint = format!(" ({})", places_by_job(name));
+            let hint = if self.log.has_moved() { &hint } else { "" };
+            self.log.leaves(statement.line, &format!("{kind} {name}{hint}"));
         }
         for action in actions {
             self.act(statement, action);
@@ -336,6 +351,8 @@ impl Run<'_> {
             );
             self.log.warning(Code::Assumed, line, what);
         }
+        let is_first = !self.log.has_moved();
+        self.log.compares_no(is_first.then(|| format!("CONFIG '{own}'")));
         let before = self.config.replace(own.clone());
         let Some(before) = before.filter(|before| *before != own) else { return Ok(()) };
         let why = if kind == "J" {

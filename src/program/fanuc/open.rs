@@ -3,7 +3,7 @@
 
 use super::flow::{action_of, decides, ends};
 use super::others::awaited;
-use super::run::{Run, SIGNALS, assignment, is_harmless};
+use super::run::{Run, SIGNALS, assignment, drives_hand, is_harmless};
 use super::text::Statement;
 use super::words::starts_with;
 use crate::notes::Code;
@@ -41,7 +41,12 @@ impl<'a> Run<'a> {
         }
         let is_structure = matches!(text, "" | "ELSE" | "ENDIF") || text.starts_with("//");
         let is_label = starts_with(text, "LBL[");
-        is_structure || is_label || ends(text) || is_set(text) || is_harmless(text)
+        is_structure
+            || is_label
+            || ends(text)
+            || is_set(text)
+            || is_harmless(text)
+            || drives_hand(text)
     }
 
     /// Whether a comment is one that sets the spindle or the tool, by the job's word.
@@ -63,6 +68,8 @@ impl<'a> Run<'a> {
             self.may_wait(line, text.get(4..).unwrap_or("").trim(), by);
         } else if starts_with(text, "PULSE") {
             self.pulse(line, text);
+        } else if drives_hand(text) {
+            self.drive_hand(line, text);
         } else if is_set(text) {
             return self.forget_assigned(line, text, by);
         } else if ends(text) {

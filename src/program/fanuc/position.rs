@@ -234,6 +234,16 @@ pub(super) fn element_of(name: &str, index: i64) -> String {
     format!("{},{index}]", name.trim_end_matches(']'))
 }
 
+/// What the job can say of a register that the program does not set.
+pub(super) fn places_by_job(name: &str) -> String {
+    format!(
+        "assume: {{\"{}\": …, …, \"{}\": …}} in the job gives the place: X, Y, Z in mm, W, P, R in \
+         degrees",
+        element_of(name, 1),
+        element_of(name, 6)
+    )
+}
+
 /// The external axes that a position places.
 pub(super) fn axes(group: &Group) -> impl Iterator<Item = (String, f64)> {
     let is_axis = |name: &str| AXES.contains(&name) || name.starts_with("gp");

@@ -333,6 +333,23 @@ impl<'a> Registers<'a> {
         }
     }
 
+    /// Another may have set any of the outputs: what the program has set, and what the job assumes
+    /// where that has served before.
+    pub(super) fn lose_outputs(&mut self, by: &str) {
+        const LISTS: [&str; 4] = ["DO", "RO", "GO", "AO"];
+        let is_output = |name: &&String| {
+            let is_of = |list: &str| LISTS.iter().any(|own| own.eq_ignore_ascii_case(list));
+            indexed(name).is_some_and(|(list, _)| is_of(list))
+        };
+        for name in self.signals.keys().filter(is_output).cloned().collect::<Vec<_>>() {
+            self.lose_signal(&name, by);
+        }
+        let started = self.started.borrow().iter().filter(is_output).cloned().collect::<Vec<_>>();
+        for name in started {
+            self.keep_lost(name, by);
+        }
+    }
+
     fn keep_lost(&mut self, name: String, by: &str) {
         let is_final = self.started.borrow().contains(&name);
         self.lost.insert(name, Lost { by: Some(by.to_owned()), is_final });

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::position::Held;
+use super::position::{Held, places_by_job};
 use super::registers::{Asked, Registers, State};
 use super::text::{Source, Statement, is_motion};
-use super::words::{register, split_outside, starts_with};
+use super::words::{brackets, register, split_outside, starts_with};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_comment, set_by_name};
@@ -69,6 +69,9 @@ const HARMLESS: [&str; 43] = [
     "USER_ALARM",
 ];
 
+/// Macros of HandlingTool as it is delivered, on the outputs of a gripper: `Close hand 1`.
+const HANDS: [&str; 3] = ["OPEN HAND", "CLOSE HAND", "RELAX HAND"];
+
 /// Parts of the names of system variables that motion depends on.
 const SYSTEM: [&str; 8] =
     ["UFRAME", "UTOOL", "OVERRIDE", "OVRD", "SPEED", "MAXVEL", "JNTVEL", "$ACCEL"];
@@ -115,6 +118,9 @@ pub(super) struct Run<'a> {
     /// The line that goes straight to a place that the program does not give, and its register:
     /// only behind all other motion is the rest of the path whole without it.
     pub(super) unknown_end: Option<(usize, String)>,
+    /// Registers in which the program goes to places that it does not give, with the first line
+    /// of each.
+    pub(super) skipped: Vec<(usize, String)>,
     pub(super) next: usize,
     pub(super) budget: usize,
     /// Labels that have run, with what was known there last.
@@ -155,6 +161,7 @@ impl<'a> Run<'a> {
             stands: Err("before the first move is known only at run time".to_owned()),
             joints: None,
             unknown_end: None,
+            skipped: Vec::new(),
             next: 0,
             budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             passed: HashMap::new(),
@@ -168,6 +175,23 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn run(mut self) {
+        self.statements();
+        // The path is made of places that the program does not give.
+        if let (false, false, Some((line, name))) =
+            (self.log.has_moved(), self.log.has_errors(), self.skipped.first())
+        {
+            let names: Vec<&str> = self.skipped.iter().map(|(_, name)| &**name).collect();
+            let what = format!(
+                "the program contains no motion that is read: it moves to {}, which it does not \
+                 set; {}",
+                names.join(", "),
+                places_by_job(name)
+            );
+            self.log.error(Code::Motion, *line, what);
+        }
+    }
+
+    fn statements(&mut self) {
         while let Some(statement) = self.source.statements.get(self.next) {
             if self.log.is_full() {
                 return;
@@ -255,6 +279,7 @@ impl<'a> Run<'a> {
             _ if MOVES.iter().any(|start| text.starts_with(start)) => {
                 return Err(format!("'{keyword}' moves or shifts motion and is not supported"));
             }
+            _ if drives_hand(text) => self.drive_hand(line, text),
             _ => {
                 self.bends_path(line, text);
                 if !self.set_signal(text, statement) && !is_harmless(text) {
@@ -418,6 +443,15 @@ impl<'a> Run<'a> {
         self.doubt_signal(line, name, "");
     }
 
+    /// Which outputs a hand has is the cell's matter.
+    pub(super) fn drive_hand(&mut self, line: usize, text: &str) {
+        let what = "hands are taken to open and close by outputs alone, as the macros of \
+                    HandlingTool do; if a macro of the cell runs a program that moves, write CALL \
+                    with that program";
+        self.log.warning(Code::Assumed, line, what);
+        self.registers.lose_outputs(&format!("'{text}' of line {line} may set it"));
+    }
+
     /// Whether an assignment sets a register or a signal; then that is known no longer.
     pub(super) fn forget_assigned(&mut self, line: usize, text: &str, why: &str) -> bool {
         if starts_with(text, "PR[") {
@@ -488,9 +522,20 @@ fn is_signal(name: &str) -> bool {
 
 /// Whether a statement neither moves nor changes anything that is read here.
 pub(super) fn is_harmless(text: &str) -> bool {
-    HARMLESS
-        .iter()
-        .any(|start| text.get(..start.len()).is_some_and(|head| head.eq_ignore_ascii_case(start)))
+    HARMLESS.iter().any(|start| begins(text, start))
+}
+
+/// `Open hand 1`, `CLOSE HAND R[2]`; with more words it is another macro.
+pub(super) fn drives_hand(text: &str) -> bool {
+    let hand = HANDS.iter().find(|start| begins(text, start));
+    let number = hand.and_then(|start| text.get(start.len()..)).map_or("", str::trim);
+    let is_digits = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    let is_register = |list| brackets(number, list).is_some_and(|(_, rest)| rest.is_empty());
+    is_digits || is_register("R") || is_register("AR")
+}
+
+fn begins(text: &str, start: &str) -> bool {
+    text.get(..start.len()).is_some_and(|head| head.eq_ignore_ascii_case(start))
 }
 
 /// The name and the value of `AO[1:a=b] = 5`: a comment in the brackets may hold the sign, too.

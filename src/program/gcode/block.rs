@@ -1,6 +1,7 @@
 //! A line of G-code → its words, with the places of their numbers.
 
-use super::expression::{Key, NOT_SET, Parameters, Reader, not_vacant, shown};
+use super::expression::{Key, NOT_SET, Parameters, Reader, not_vacant};
+use super::variables;
 use crate::program::span::Span;
 
 /// Sinumerik's words of several letters, as if each were one.
@@ -166,6 +167,10 @@ pub(super) fn parse(
                 lexer.at += 1;
                 lexer.number(b'$', block)?;
             }
+            b'@' | b'^' => {
+                return Err("polar coordinates by @ and ^ are not supported: have X and Y written"
+                    .to_owned());
+            }
             _ => return Err(format!("'{}' is not understood", lexer.char())),
         }
     }
@@ -253,7 +258,7 @@ impl<'t> Lexer<'t> {
             return Err(format!(
                 "{} is read in the block that sets it: whether the value before counts or the new \
                             one is not documented; write two blocks",
-                shown(key)
+                self.parameters.shown(key)
             ));
         }
         let value = value?;
@@ -310,6 +315,11 @@ impl<'t> Lexer<'t> {
         };
         let name = self.line.get(self.at..self.at + length).unwrap_or_default();
         let name = name.to_ascii_uppercase();
+        if name == "EXTCALL" {
+            return Err("EXTCALL runs a program from outside the control's memory and is not \
+                        supported: name its file under path.program.files, and call it by its name"
+                .to_owned());
+        }
         match rest.get(length) {
             _ if is_set(rest.get(length..)) => {
                 let equals = rest.iter().position(|byte| *byte == b'=');
@@ -327,8 +337,24 @@ impl<'t> Lexer<'t> {
             _ => {}
         }
         if name == "DEF" {
-            self.at += length;
-            return self.definition(block);
+            let text = self.line.get(self.at + length..).unwrap_or("");
+            self.at = self.bytes.len();
+            let text = text.split(';').next().unwrap_or("").trim();
+            let defined = variables::defined(text, self.parameters)?;
+            block.sets.extend(defined.into_iter().map(|(key, value)| (key, value, None)));
+            return Ok(());
+        }
+        if self.parameters.is_sinumerik()
+            && rest.get(length) == Some(&b'[')
+            && (length > 1 || name == "R")
+        {
+            refuse_axis(&name)?;
+            let at = self.at + length;
+            let (key, at) = variables::element(&name, self.bytes, at, self.parameters)?;
+            self.at = at;
+            let (value, span) = self.computed(block, Reader::expression)?;
+            block.sets.push((key, value, span));
+            return Ok(());
         }
         if length == 1 && first != b'_' {
             self.at += 1;
@@ -337,31 +363,6 @@ impl<'t> Lexer<'t> {
         // Letters that run into a word: `TRAORI`, or `GX1`.
         self.at += length;
         block.names.push((name.chars().take(MAX_NAME).collect(), String::new()));
-        Ok(())
-    }
-
-    /// `DEF REAL _depth = 5, _feed`: numbers, 0 where nothing is said. Texts and fields are left
-    /// out: what reads them is told that nothing has set them.
-    fn definition(&mut self, block: &mut Block) -> Result<(), String> {
-        let rest = self.line.get(self.at..).unwrap_or("");
-        let rest = rest.split(';').next().unwrap_or("").trim();
-        self.at = self.bytes.len();
-        let (kind, names) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-        let key: fn(String) -> Key = match kind.to_ascii_uppercase().as_str() {
-            "REAL" => Key::Name,
-            "INT" => Key::Whole,
-            "BOOL" => Key::Truth,
-            _ => return Ok(()),
-        };
-        for part in names.split(',').filter(|part| !part.contains('[')) {
-            let (name, value) = part.split_once('=').unwrap_or((part, "0"));
-            let mut reader = Reader::new(value.as_bytes(), 0, self.parameters);
-            let value = not_vacant(reader.expression()?)?;
-            if let Some(byte) = reader.peek() {
-                return Err(format!("'{}' is not understood behind DEF", char::from(byte)));
-            }
-            block.sets.push((key(name.trim().to_ascii_lowercase()), value, None));
-        }
         Ok(())
     }
 
@@ -401,6 +402,7 @@ impl<'t> Lexer<'t> {
             block.sets.push((key, value, span));
             return Ok(());
         }
+        let key = Key::Name(name.to_ascii_lowercase());
         let letter = match name {
             "CR" => RADIUS,
             "A3" => DIRECTION[0],
@@ -430,8 +432,7 @@ impl<'t> Lexer<'t> {
             }
             _ if bytes.len() == 1 && bytes[0] != b'_' => bytes[0],
             _ => {
-                let key = Key::Name(name.to_ascii_lowercase());
-                if !name.starts_with('_') && self.parameters.get(&key).is_err() {
+                if !name.starts_with('_') && !self.parameters.knows(&key) {
                     return Err(format!("'{name}=' is not understood"));
                 }
                 let (value, span) = self.computed(block, Reader::expression)?;
@@ -439,6 +440,13 @@ impl<'t> Lexer<'t> {
                 return Ok(());
             }
         };
+        if self.parameters.is_sinumerik() && self.parameters.held(&key).is_some() {
+            return Err(format!(
+                "'{name}=': {name} is an address of the control, and a variable has the same name: \
+                 which is meant is not clear; a name of a variable begins with two letters or \
+                 underscores"
+            ));
+        }
         if self.byte() == Some(b'"') {
             let rest = self.bytes.get(self.at + 1..).unwrap_or_default();
             let end = rest.iter().position(|&b| b == b'"').ok_or("a text is not closed")?;
@@ -508,7 +516,7 @@ impl<'t> Lexer<'t> {
         {
             let (value, span) = match self.expression(Reader::primary) {
                 // The number of a tool's length, which the controller may keep in a parameter.
-                Err(why) if letter == b'H' && why.ends_with(NOT_SET) => {
+                Err(why) if letter == b'H' && why.contains(NOT_SET) => {
                     self.skip_primary();
                     block.unset_length = Some(why);
                     return Ok(());
@@ -620,6 +628,19 @@ fn add(block: &mut Block, word: Word) -> Result<(), String> {
     }
     block.words.push(word);
     Ok(())
+}
+
+/// Words of Sinumerik's for one axis, its name in brackets.
+fn refuse_axis(name: &str) -> Result<(), String> {
+    match name {
+        "POS" | "POSA" | "POSP" => {
+            Err(format!("{name}[ ] moves an axis beside the path: not supported; write G0 or G1"))
+        }
+        "FL" | "ACC" | "VELOLIM" | "ACCLIM" | "JERKLIM" => {
+            Err(format!("{name}[ ]: limits of an axis are not read; leave it out, and lower F"))
+        }
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]

@@ -96,7 +96,7 @@ fn run_checked(
         modal(machine, &mut once, line, code, block)?;
     }
     // Length 0 of Fanuc's and Haas' is none, with G43 and without it.
-    if block.get('H') == Some(0.0) && !once.macro_call && !machine.is_sinumerik {
+    if !machine.is_sinumerik && machine.length_in(block) == Some(0.0) {
         machine.end_compensation();
     }
     if let Some(feed) = block.word(b'F')
@@ -108,7 +108,7 @@ fn run_checked(
         }
         machine.set_feed(line, feed)?;
     }
-    let modal = machine.cutter.feed;
+    let modal = machine.held_feed();
     if let Some(feed) = block.word(BLOCK_FEED) {
         machine.set_feed(line, feed)?;
     }
@@ -118,7 +118,7 @@ fn run_checked(
     spindle_and_tool(machine, &once, line, block)?;
     let done = moves(machine, &once, line, block);
     if block.word(BLOCK_FEED).is_some() {
-        machine.cutter.feed = modal;
+        machine.hold_feed(modal);
     }
     done?;
     // MCALL's cycle runs behind every block that moves.
@@ -246,8 +246,14 @@ fn modal(
             return Err("G13 with words of a pocket is not supported".to_owned());
         }
         400 | 500 | 610 | 611 | 640 | 130 | 6010 | 6020 | 6410 | 6420 | 90 | 600 | 4500 | 4510 => {}
-        430 | 440 => machine.compensate(),
-        490 => machine.end_compensation(),
+        430 | 440 => {
+            machine.compensate();
+            machine.follow_tip(false)?;
+        }
+        490 => {
+            machine.end_compensation();
+            machine.follow_tip(false)?;
+        }
         // G97 of Sinumerik's is one of the kinds of feed, that of G95 with a fixed speed.
         970 if machine.is_sinumerik => {
             machine.is_g97 = true;
@@ -267,11 +273,15 @@ fn modal(
         431 => {
             once.tool_length = has_axes && block.word(b'H').is_none();
             machine.compensate();
+            machine.follow_tip(false)?;
         }
         // Look-ahead, smoothing and corners' speed.
         51 | 80 | 620 | 1030 | 1870 if !has_axes => {}
         50 if !has_axes && block.word(b'P').is_some() => {}
-        434 if machine.rotary.is_named() => machine.compensate(),
+        434 if machine.rotary.is_named() => {
+            machine.compensate();
+            machine.follow_tip(true)?;
+        }
         434 => return Err("G43.4 turns the tool: rotary_axes in the job must say how".to_owned()),
         530 => once.machine = Some("G53"),
         1530 => once.machine = Some("G153"),
@@ -564,6 +574,13 @@ fn flow_codes(
 ) -> Result<(), String> {
     for code in block.codes('M') {
         match code {
+            20 | 300 if machine.is_sinumerik && flow.is_called() => {
+                flow.back();
+                let what = "M2 or M30 in a subprogram that is called ends that alone, as M17, and \
+                            the program goes on behind the call, as Sinumerik has it; write M17, \
+                            or end the whole in the main program";
+                machine.cutter.log.warning(Code::MotionLeftOut, line, what);
+            }
             20 | 300 => flow.end(),
             170 if !machine.is_sinumerik => {
                 let what = "M17 ends a subprogram of Sinumerik's; here it is left out";

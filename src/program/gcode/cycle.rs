@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::block::Block;
 use super::rotary;
-use super::state::{AXES, Cycle, CycleKind, Height, Machine, Motion};
+use super::state::{AXES, Cycle, CycleKind, Height, Machine, Motion, Tip};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Plane;
@@ -101,7 +101,13 @@ impl Machine<'_> {
             self.cycle.dwell_s = self.dwell_s(line, word)?;
             self.cycle.dwells |= !matches!(self.cycle.code, 810 | 850);
         }
-        let given_r = self.cycle.retract.ok_or("the cycle has no R")?;
+        let given_r = self.cycle.retract.ok_or(match self.is_sinumerik {
+            true => {
+                "the cycle has no R; with R parameters (R2=, R3=, R10=) it is one of older \
+                 controls (Sinumerik 810, 840C): not supported, have CYCLE81 to CYCLE85 written"
+            }
+            false => "the cycle has no R",
+        })?;
         let name = char::from(AXES[w]);
         let given_z = self.cycle.bottom.ok_or_else(|| format!("the cycle has no {name}"))?;
         let shift = self.shift.total()[w];
@@ -109,6 +115,11 @@ impl Machine<'_> {
         if !(is_of_mode(given_r) && is_of_mode(given_z)) {
             let what = "a cycle goes on behind a change of G90 and G91: it is taken to keep its \
                         levels, as on Fanuc and Haas; LinuxCNC reads R and its depth anew";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        } else if matches!(given_r, Height::Relative(_)) && self.cutter.at[w] != self.cycle.initial
+        {
+            let what = "R under G91 is taken to count from the initial level, as on Fanuc; \
+                        LinuxCNC counts it from where the tool is before each block";
             self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
         let level = |height: Height, from: f64| match height {
@@ -208,7 +219,8 @@ impl Machine<'_> {
         {
             self.line_to(line, place + up * (hole.clearance - place[w]), Pace::Rapid, None)?;
         }
-        let turns = block.map(|block| self.turn(line, block, true)).transpose()? == Some(true);
+        let turns = block.map(|block| self.turn(line, block, Tip::Rapid)).transpose()?;
+        let turns = turns == Some(true);
         let along = self.rotary.way_in_work(up);
         self.refuse_across(along)?;
         if !(turns || self.rotary.moves_work()) {
@@ -232,7 +244,7 @@ impl Machine<'_> {
     /// A hole along `along` in the work, where a rotary axis or a direction of the tool turns the
     /// tool away from it. Where nothing turns it, a head may hold it along the plane's axis.
     pub(super) fn refuse_across(&self, along: Vector3<f64>) -> Result<(), String> {
-        let unturned = self.rotary.way_in_work(Vector3::z());
+        let unturned = self.rotary.untilted();
         let turns = self.rotary.turns_tool() || self.cutter.axis.dot(&unturned) < ALIGNED;
         if turns && self.cutter.axis.dot(&along) < ALIGNED {
             let what = "a cycle while the tool is turned away from the hole's axis would drill \
@@ -246,7 +258,7 @@ impl Machine<'_> {
     /// level where the height is known, else to R, where it goes back there.
     fn over_first_hole(&mut self, line: usize, block: &Block) -> Result<Vector3<f64>, String> {
         let Plane([u, v, w]) = self.plane;
-        self.turn(line, block, true)?;
+        self.turn(line, block, Tip::Rapid)?;
         let (at, to) = (self.cutter.at, self.end_of(block)?);
         let mut over = Vector3::zeros();
         for axis in [u, v] {

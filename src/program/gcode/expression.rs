@@ -1,7 +1,9 @@
 //! Parameters and expressions of G-code: `#1`, `#<depth>`, `[#1 + 2]`, `R1`.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
+use super::assumed::{Given, may_be_assumed};
 use crate::program::functions::function;
 use crate::program::span::{Held, Span};
 use crate::units::deg_from_rad;
@@ -24,6 +26,8 @@ pub(super) struct Parameters {
     is_sinumerik: bool,
     /// Calls that are open; of a macro (G65), locals that were not given are vacant.
     are_macros: Vec<bool>,
+    /// What the job assumes of those that the program has not set.
+    pub(super) given: Given,
 }
 
 /// What belongs to one call: #1 to #33, and names that do not begin with an underscore.
@@ -54,14 +58,30 @@ impl Key {
             Self::Name(name) | Self::Whole(name) | Self::Truth(name) => Ok(name),
         }
     }
+
+    /// As the job names it, in lower case.
+    fn in_job(&self) -> Cow<'_, str> {
+        match self.name() {
+            Ok(name) => Cow::Borrowed(name),
+            Err(number) => Cow::Owned(format!("#{number}")),
+        }
+    }
 }
 
 impl Parameters {
-    pub(super) fn new(is_sinumerik: bool) -> Self {
-        Self { is_sinumerik, ..Self::default() }
+    pub(super) fn new(is_sinumerik: bool, given: Given) -> Self {
+        Self { is_sinumerik, given, ..Self::default() }
+    }
+
+    pub(super) fn is_sinumerik(&self) -> bool {
+        self.is_sinumerik
     }
 
     pub(super) fn set(&mut self, key: Key, value: f64, span: Option<Span>) -> Result<(), String> {
+        // Behind a value the job's has no effect, and behind none, either.
+        if value.is_nan() || !self.given.is_empty() {
+            self.given.close(&key.in_job());
+        }
         if value.is_nan() {
             match key {
                 Key::Number(number) => self.numbered.remove(&number),
@@ -70,7 +90,7 @@ impl Parameters {
             return Ok(());
         }
         if !value.is_finite() {
-            return Err(format!("{} would not be a finite number", shown(&key)));
+            return Err(format!("{} would not be a finite number", self.shown(&key)));
         }
         if self.numbered.len() + self.named.len() >= MAX_PARAMETERS {
             return Err("the program sets too many parameters".to_owned());
@@ -104,7 +124,38 @@ impl Parameters {
             _ => false,
         };
         let found = self.held(key).map(|held| held.value).or(is_vacant.then_some(f64::NAN));
-        found.ok_or_else(|| format!("{} {NOT_SET}", shown(key)))
+        found.or_else(|| self.given.read(&key.in_job())).ok_or_else(|| {
+            let (name, shown) = (key.in_job(), self.shown(key));
+            let may_be = may_be_assumed(&name, self.is_sinumerik) && !self.given.is_closed(&name);
+            let settles = match may_be {
+                true => format!("; assume: {{\"{name}\": …}} in the job gives its value"),
+                false => String::new(),
+            };
+            format!("{shown} {NOT_SET}{settles}")
+        })
+    }
+
+    /// Whether the program has set it, or the job says what it is.
+    pub(super) fn knows(&self, key: &Key) -> bool {
+        self.held(key).is_some() || self.given.has(&key.in_job())
+    }
+
+    /// Whether a name is that of an R parameter, or of a variable that has a value.
+    pub(super) fn is_variable(&self, key: &Key) -> bool {
+        key.name().is_ok_and(is_r_parameter) || self.knows(key)
+    }
+
+    /// As messages name it.
+    pub(super) fn shown(&self, key: &Key) -> String {
+        match key {
+            Key::Number(number) => format!("#{number}"),
+            Key::Name(name) if is_r_parameter(name) => name.to_uppercase(),
+            Key::Name(name) if name.starts_with('_') => format!("'{name}'"),
+            Key::Name(name) | Key::Whole(name) | Key::Truth(name) => match self.is_sinumerik {
+                true => format!("'{name}'"),
+                false => format!("#<{name}>"),
+            },
+        }
     }
 
     /// The number of the text that a parameter is, if it is one.
@@ -112,7 +163,8 @@ impl Parameters {
         self.held(key).and_then(|held| held.span)
     }
 
-    fn held(&self, key: &Key) -> Option<&Held> {
+    /// Where the program has set it.
+    pub(super) fn held(&self, key: &Key) -> Option<&Held> {
         match key {
             Key::Number(number) => self.numbered.get(number),
             Key::Name(name) | Key::Whole(name) | Key::Truth(name) => self.named.get(name),
@@ -157,15 +209,6 @@ fn truth(value: f64) -> f64 {
 
 /// What is wrong with a parameter that the program has not set.
 pub(super) const NOT_SET: &str = "is read, and the program has not set it";
-
-pub(super) fn shown(key: &Key) -> String {
-    match key {
-        Key::Number(number) => format!("#{number}"),
-        Key::Name(name) if is_r_parameter(name) => name.to_uppercase(),
-        Key::Name(name) if name.starts_with('_') => format!("'{name}'"),
-        Key::Name(name) | Key::Whole(name) | Key::Truth(name) => format!("#<{name}>"),
-    }
-}
 
 /// `r1` and on, of Sinumerik.
 fn is_r_parameter(name: &str) -> bool {
@@ -270,21 +313,21 @@ impl<'t> Reader<'t> {
     }
 
     /// A variable of Sinumerik's: letters, digits and underscores.
-    fn variable(&mut self) -> Key {
+    pub(super) fn variable(&mut self) -> String {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let name = rest.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_');
         let name: String = name.map(|byte| char::from(byte.to_ascii_lowercase())).collect();
         self.at += name.len();
-        Key::Name(name)
+        name
     }
 
-    fn parameter(&mut self, key: Key) -> Result<f64, String> {
+    pub(super) fn parameter(&mut self, key: Key) -> Result<f64, String> {
         let value = self.parameters.get(&key);
         self.read.push(key);
         value
     }
 
-    fn deeper<T>(
+    pub(super) fn deeper<T>(
         &mut self,
         inner: impl FnOnce(&mut Self) -> Result<T, String>,
     ) -> Result<T, String> {
@@ -338,12 +381,10 @@ impl<'t> Reader<'t> {
                 Ok(value)
             }
             Some(byte) if byte.is_ascii_digit() || byte == b'.' => self.number(),
-            Some(b'_') => {
-                let key = self.variable();
-                self.parameter(key)
-            }
+            Some(b'_') => self.of_variable(),
+            Some(b'$') if self.parameters.is_sinumerik => self.of_control(),
             Some(byte) if byte.is_ascii_alphabetic() => self.function(),
-            _ => Err("expected a number in an expression".to_owned()),
+            _ => Err(NO_NUMBER.to_owned()),
         }
     }
 
@@ -355,15 +396,14 @@ impl<'t> Reader<'t> {
         }
         let digits = self.bytes.get(start..self.at).unwrap_or_default();
         let parsed = std::str::from_utf8(digits).ok().and_then(|text| text.parse().ok());
-        parsed.ok_or_else(|| "expected a number in an expression".to_owned())
+        parsed.ok_or_else(|| NO_NUMBER.to_owned())
     }
 
     fn function(&mut self) -> Result<f64, String> {
         let before = self.at;
-        let variable = self.variable();
+        let variable = Key::Name(self.variable());
         let is_call = matches!(self.bytes.get(self.at), Some(b'[' | b'('));
-        if let Key::Name(own) = &variable
-            && !(is_call || is_r_parameter(own))
+        if !(is_call || variable.name().is_ok_and(is_r_parameter))
             && let Ok(value) = self.parameters.get(&variable)
         {
             self.read.push(variable);
@@ -378,6 +418,10 @@ impl<'t> Reader<'t> {
             let number = self.number()?;
             return self.parameter(Key::Name(format!("r{number}")));
         }
+        if name == "R" && self.parameters.is_sinumerik && self.bytes.get(self.at) == Some(&b'[') {
+            let key = self.indexed("r".to_owned())?;
+            return self.parameter(key);
+        }
         if name == "EXISTS" {
             return self.exists();
         }
@@ -387,8 +431,14 @@ impl<'t> Reader<'t> {
             "ROUND" => f64::round,
             "ATAN" if self.bytes.get(self.at) == Some(&b'2') => return self.of_vector(),
             "ATAN" => return self.arc_tangent(),
-            other => function(other)
-                .ok_or_else(|| format!("'{name}' is not understood in an expression"))?,
+            other => match function(other) {
+                Some(own) => own,
+                None if self.parameters.is_sinumerik => {
+                    self.at = before;
+                    return self.of_variable();
+                }
+                None => return Err(format!("'{name}' is not understood in an expression")),
+            },
         };
         let value = self.deeper(Self::value)?;
         if matches!(name.as_str(), "FIX" | "FUP") && value < 0.0 && value.fract() != 0.0 {
@@ -408,7 +458,8 @@ impl<'t> Reader<'t> {
         self.expect(b']')?;
         let is_set = self.parameters.get(&key).is_ok();
         if !is_set && key.name().is_ok_and(|name| name.starts_with('_')) {
-            return Err(format!("EXISTS: {} may be one of the controller's", shown(&key)));
+            let shown = self.parameters.shown(&key);
+            return Err(format!("EXISTS: {shown} may be one of the controller's"));
         }
         Ok(if is_set { 1.0 } else { 0.0 })
     }
@@ -492,7 +543,8 @@ impl<'t> Reader<'t> {
             }
             byte if byte.is_ascii_alphabetic() => {
                 let name = self.letters();
-                const NAMED: [(&str, u8); 10] = [
+                const NAMED: [(&str, u8); 11] = [
+                    ("DIV", 3),
                     ("MOD", 3),
                     ("EQ", 1),
                     ("NE", 1),
@@ -504,7 +556,8 @@ impl<'t> Reader<'t> {
                     ("OR", 0),
                     ("XOR", 0),
                 ];
-                return NAMED.into_iter().find(|(known, _)| *known == name);
+                let is_known = name != "DIV" || self.parameters.is_sinumerik;
+                return NAMED.into_iter().find(|(known, _)| *known == name && is_known);
             }
             _ => return None,
         };
@@ -512,6 +565,8 @@ impl<'t> Reader<'t> {
         Some(found)
     }
 }
+
+const NO_NUMBER: &str = "expected a number in an expression";
 
 /// What is said where a parameter without a value is used as a number.
 const VACANT: &str = "a parameter that has no value (#0, or a letter that the call does not give) \
@@ -534,8 +589,13 @@ fn apply(operator: &str, left: f64, right: f64) -> Result<f64, String> {
         _ if vacant.contains(&true) => return Err(VACANT.to_owned()),
         "**" => left.powf(right),
         "*" => left * right,
-        "/" | "MOD" if right == 0.0 => return Err("division by zero".to_owned()),
+        "/" | "DIV" | "MOD" if right == 0.0 => return Err("division by zero".to_owned()),
         "/" => left / right,
+        // Of whole numbers the result is one, too; nothing says which way others are rounded.
+        "DIV" if left.fract() != 0.0 || right.fract() != 0.0 || left * right < 0.0 => {
+            return Err(format!("{left} DIV {right}: DIV is read of whole numbers from 0"));
+        }
+        "DIV" => (left / right).floor(),
         "MOD" if left * right < 0.0 && left % right != 0.0 => {
             return Err(format!(
                 "{left} MOD {right}: controllers differ in the sign of the remainder"

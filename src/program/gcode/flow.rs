@@ -76,12 +76,13 @@ pub(super) struct Flow<'t> {
 }
 
 impl<'t> Flow<'t> {
-    pub(super) fn new(files: &'t Files<'t>, is_sinumerik: bool) -> Self {
+    pub(super) fn new(files: &'t Files<'t>, parameters: Parameters) -> Self {
         let lines = files.lines.as_slice();
+        let is_sinumerik = parameters.is_sinumerik();
         let mut flow = Self {
             lines,
             files,
-            parameters: Parameters::new(is_sinumerik),
+            parameters,
             next: 0,
             budget: lines.len().saturating_mul(2).saturating_add(LINES_IN_LOOPS),
             ended: false,
@@ -143,9 +144,7 @@ impl<'t> Flow<'t> {
             return None;
         }
         if self.files.is_end(self.next) {
-            let what = "a subprogram ends without M99, M17 or RET: is the file whole?";
-            log.error(Code::Syntax, self.line_of_call(), what);
-            self.ended = true;
+            self.end_at_mark(log);
             return None;
         }
         if self.budget == 0 {
@@ -172,8 +171,22 @@ impl<'t> Flow<'t> {
         left_over(ran, self.next.min(ran.len()), &heads)
     }
 
-    /// M2, M30, the closing mark.
+    /// Whether what runs has been called.
+    pub(super) fn is_called(&self) -> bool {
+        !self.calls.is_empty()
+    }
+
+    /// M2, M30.
     pub(super) fn end(&mut self) {
+        self.ended = true;
+    }
+
+    /// The closing mark, or the end of a file.
+    pub(super) fn end_at_mark(&mut self, log: &mut Log) {
+        if !self.calls.is_empty() {
+            let what = "a subprogram ends without M99, M17 or RET: is the file whole?";
+            log.error(Code::Syntax, self.line_of_call(), what);
+        }
         self.ended = true;
     }
 
@@ -252,6 +265,14 @@ impl<'t> Flow<'t> {
             return Err(format!("a subprogram runs {repeats} times: expected a whole number"));
         }
         let first = self.files.named(name).ok_or_else(|| {
+            let head = format!("%_N_{name}_");
+            let is_head = |line: &str| line.trim_start().to_ascii_uppercase().starts_with(&head);
+            if self.lines.iter().any(|(_, line)| is_head(line)) {
+                return format!(
+                    "'{name}' is called, and stands behind {head}… in a file of several programs: \
+                     write each into a file of its own, and name it under path.program.files"
+                );
+            }
             format!(
                 "'{name}' calls a subprogram or a cycle that is not read, or is not understood; a \
                  subprogram is read where path.program.files names its file"

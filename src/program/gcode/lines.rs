@@ -3,11 +3,22 @@
 use nalgebra::{Rotation3, Unit, Vector2, Vector3};
 
 use super::block::{Block, CHAMFER_LENGTH, CHAMFERED, Counts, ON_THE_WAY, ROUNDED, TURNS};
-use super::state::Machine;
+use super::frame::Place;
+use super::state::{Machine, Tip};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::{Arc, Centre, Plane, pieces};
 use crate::program::corner::{Corner, Kind};
+
+/// Programs round places to so much, mm.
+const ROUNDING_MM: f64 = 0.01;
+
+/// Whether places are one up to rounding.
+fn is_near(from: Place, to: Place) -> bool {
+    let all = from.into_iter().zip(to);
+    let ways = all.map(|(from, to)| from.zip(to).map_or(f64::INFINITY, |(from, to)| to - from));
+    ways.map(|way| way * way).sum::<f64>().sqrt() <= ROUNDING_MM
+}
 
 /// What a block asks for, and the size in mm.
 pub(super) fn asked(block: &Block, mm: impl Fn(f64) -> f64) -> Result<Option<(Kind, f64)>, String> {
@@ -31,8 +42,14 @@ impl Machine<'_> {
         block: &Block,
         pace: Pace,
     ) -> Result<(), String> {
-        self.turn(line, block, pace == Pace::Rapid)?;
+        let from = self.at();
         let end = self.end_of(block)?;
+        let tip = match pace {
+            Pace::Rapid => Tip::Rapid,
+            _ if is_near(from, end) => Tip::Stays,
+            _ => Tip::Feed,
+        };
+        self.turn(line, block, tip)?;
         let corner = asked(block, |length| self.mm(length))?;
         match end {
             [Some(x), Some(y), Some(z)] => self.line_to(line, Vector3::new(x, y, z), pace, corner),
@@ -53,7 +70,7 @@ impl Machine<'_> {
         block: &Block,
         clockwise: bool,
     ) -> Result<(), String> {
-        self.turn(line, block, false)?;
+        self.turn(line, block, Tip::Feed)?;
         if asked(block, |length| length)?.is_some() {
             return Err("a corner at the end of an arc is not supported".to_owned());
         }
@@ -88,6 +105,7 @@ impl Machine<'_> {
         if self.rotary.moves_work() {
             return Err("an arc while a rotary axis of the work is used".to_owned());
         }
+        self.cutter.tell_tiny(line, &arc);
         self.cutter.arc(line, &arc, pace).map_err(|why| match self.fits_absolute(block, &arc) {
             true => format!("{why}; as places (G90.1) I, J and K fit: the program must say so"),
             false => why,
@@ -158,7 +176,7 @@ impl Machine<'_> {
 
     /// Start and end of an arc of Sinumerik's.
     fn ends_of_arc(&mut self, line: usize, block: &Block) -> Result<[Vector3<f64>; 2], String> {
-        self.turn(line, block, false)?;
+        self.turn(line, block, Tip::Feed)?;
         self.no_corner()?;
         if asked(block, |length| length)?.is_some() {
             return Err("a corner at the end of an arc is not supported".to_owned());

@@ -12,6 +12,7 @@
 //! (G28, G30, G53) are not in the program, so behind them axes are not known, either, until rapid
 //! moves set them again.
 
+mod assumed;
 mod block;
 mod by_value;
 mod called;
@@ -33,11 +34,13 @@ mod siemens;
 mod state;
 mod structure;
 mod structured;
+mod variables;
 
 use super::Settings;
 use super::log::Log;
 use super::unread::{behind_end, read_as_run};
 use crate::notes::Code;
+use assumed::Given;
 use block::Block;
 use expression::{Key, Parameters};
 use files::Files;
@@ -51,7 +54,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     log.expect_lines(lines.len());
     let mut machine = Machine::new(settings, log, changes_tools(&files.lines));
     machine.is_sinumerik = is_sinumerik;
-    let mut flow = Flow::new(&files, is_sinumerik);
+    let given = Given::new(&settings.assume, is_sinumerik);
+    let mut flow = Flow::new(&files, Parameters::new(is_sinumerik, given));
     let mut block = Block::default();
     let mut has_begun = false;
     // Of the program itself: of a file beside it, where it is called.
@@ -88,7 +92,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
             Ok(()) if block.mark && is_beside => {}
             // What stands behind the closing mark is not part of the program.
             Ok(()) if block.mark && has_begun => {
-                flow.end();
+                flow.end_at_mark(machine.cutter.log);
                 break;
             }
             Ok(()) => {
@@ -107,7 +111,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     }
     machine.end_unknown();
     machine.cutter.log.within(String::new());
-    tell_assumed(lines, settings, machine.cutter.log);
+    let given = &flow.parameters.given;
+    given.tell_unheeded(&settings.assume, is_sinumerik, lines, machine.cutter.log);
     machine.tell_cuts_before_change();
     let open = machine.corner.map(|corner| corner.line);
     if let (Some(line), Err(what)) = (open, machine.no_corner()) {
@@ -126,21 +131,6 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     };
     if let Some(line) = flow.left_over().into_iter().find(moves) {
         behind_end(machine.cutter.log, line + 1);
-    }
-}
-
-/// Tells of what the job assumes, which has no effect here, where it stands in this program.
-fn tell_assumed(lines: &[(usize, &str)], settings: &Settings, log: &mut Log) {
-    for key in settings.assume.keys() {
-        let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        let has = |line: &str| {
-            let line = line.to_lowercase();
-            line.split(key).skip(1).any(|rest| !rest.starts_with(is_part))
-        };
-        if let Some(line) = lines.iter().position(|(_, line)| has(line)) {
-            let what = format!("the job assumes '{key}', which has no effect on G-code");
-            log.warning(Code::Unused, line + 1, what);
-        }
     }
 }
 

@@ -6,12 +6,11 @@ use super::siemens::DrillingCall;
 use super::state::{AXES, Machine, Motion};
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 43] = [
+const HARMLESS: [&str; 42] = [
     "FNORM",
     "DIAMOF",
     "MSG",
     "CYCLE832",
-    "TRAFOOF",
     "FFWON",
     "FFWOF",
     "SOFT",
@@ -84,7 +83,7 @@ impl Machine<'_> {
         if name == "SUPA" {
             return Ok(Name::Machine);
         }
-        if name == "RET" {
+        if matches!(name, "RET" | "ENDPROC") {
             return Ok(Name::Back);
         }
         if name == "EXTERN" && block.words.iter().all(|word| matches!(word.letter, b'N' | b'L')) {
@@ -101,7 +100,12 @@ impl Machine<'_> {
             };
         }
         if name == "TRAORI" {
-            // Places are those of the tool tip; directions by A3 to C3 or the job's rotary axes.
+            // Directions by A3 to C3 or the job's rotary axes.
+            self.follow_tip(true)?;
+            return Ok(Name::None);
+        }
+        if name == "TRAFOOF" {
+            self.follow_tip(false)?;
             return Ok(Name::None);
         }
         if name == "SETMS" && matches!(inside.trim(), "" | "1") {

@@ -11,9 +11,14 @@ use crate::program::arc::Plane;
 use crate::units::rad_from_deg;
 
 impl Machine<'_> {
-    /// Where the tool is in the program's frame; a line that ends in a corner is not drawn yet.
+    /// Where the tool is; a line that ends in a corner is not drawn yet.
+    pub(super) fn at(&self) -> Place {
+        self.corner.map_or(self.cutter.at, |corner| corner.to.map(Some).into())
+    }
+
+    /// Where the tool is in the program's frame.
     fn before(&self) -> Place {
-        let at = self.corner.map_or(self.cutter.at, |corner| corner.to.map(Some).into());
+        let at = self.at();
         self.turned.map_or(at, |turned| turned.place(-turned.angle_rad, at))
     }
 

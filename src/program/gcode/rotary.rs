@@ -1,8 +1,9 @@
 //! Rotary axes of G-code, where the job says what they turn.
 
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use super::block::{Block, Counts, Word};
+use super::frame::Place;
 use crate::program::RotaryAxis;
 use crate::units::rad_from_deg;
 
@@ -13,6 +14,12 @@ const FULL_TURN_DEG: f64 = 360.0;
 
 /// Relative turns add up to whole ones but for rounding, degrees.
 const ROUNDING_DEG: f64 = 1e-6;
+
+/// An axis has no share in another up to rounding.
+const NO_SHARE: f64 = 1e-12;
+
+/// Between unit vectors of one direction.
+const UNTILTED: f64 = 1e-9;
 
 fn is_whole_turn(angle: f64) -> bool {
     let rest = angle.rem_euclid(FULL_TURN_DEG);
@@ -26,11 +33,18 @@ pub(super) struct Rotary<'a> {
     angles: Vec<f64>,
     /// Whether it has gone to where the program does not say.
     are_away: Vec<bool>,
+    /// Tool centre point control: places of the text are those of the tip in the turned work.
+    follows_tip: bool,
 }
 
 impl<'a> Rotary<'a> {
     pub(super) fn new(axes: &'a [RotaryAxis]) -> Self {
-        Self { axes, angles: vec![0.0; axes.len()], are_away: vec![false; axes.len()] }
+        Self {
+            axes,
+            angles: vec![0.0; axes.len()],
+            are_away: vec![false; axes.len()],
+            follows_tip: false,
+        }
     }
 
     /// How far the block turns an axis at most, degrees; one that the job does not name must stay
@@ -111,11 +125,51 @@ impl<'a> Rotary<'a> {
 
     /// The tool axis in the work.
     pub(super) fn tool_axis(&self) -> Unit<Vector3<f64>> {
+        Unit::new_normalize(self.turned_back(self.tool_in_machine()))
+    }
+
+    /// Whether axes of the tool turn it away from the Z of the machine.
+    pub(super) fn tilts_tool(&self) -> bool {
+        (self.tool_in_machine() - Vector3::z()).norm() > UNTILTED
+    }
+
+    fn tool_in_machine(&self) -> Vector3<f64> {
         let of_tool = self.axes.iter().zip(&self.angles).filter(|(axis, _)| !axis.turns_work);
         let turns = of_tool
             .map(|(axis, angle)| Rotation3::from_axis_angle(&axis.axis, rad_from_deg(*angle)));
-        let tool = turns.fold(Rotation3::identity(), |whole, next| whole * next);
-        Unit::new_normalize(self.way_in_work(tool * Vector3::z()))
+        turns.fold(Rotation3::identity(), |whole, next| whole * next) * Vector3::z()
+    }
+
+    /// The tool axis in the work while no axis turns the tool.
+    pub(super) fn untilted(&self) -> Vector3<f64> {
+        self.turned_back(Vector3::z())
+    }
+
+    /// Tool centre point control on or off.
+    pub(super) fn follow_tip(&mut self, follows: bool) {
+        self.follows_tip = follows;
+    }
+
+    /// A place of the text under tool centre point control as it is without, or the other way
+    /// round. What would depend on an axis that is not known is not known, either.
+    pub(super) fn told_otherwise(&self, place: Place) -> Place {
+        let to_work = self.of_work().fold(Isometry3::identity(), |whole, (axis, angle)| {
+            let turn = UnitQuaternion::from_axis_angle(&axis.axis, -rad_from_deg(angle));
+            Isometry3::rotation_wrt_point(turn, axis.origin_mm.into()) * whole
+        });
+        let to = if self.follows_tip { to_work.inverse() } else { to_work };
+        let end = to * Point3::from(place.map(|at| at.unwrap_or(0.0)));
+        let turn = to.rotation.to_rotation_matrix();
+        [0, 1, 2].map(|row| {
+            let mut all = place.iter().enumerate();
+            let is_known = all.all(|(axis, at)| at.is_some() || turn[(row, axis)].abs() < NO_SHARE);
+            is_known.then_some(end[row])
+        })
+    }
+
+    /// Whether it is on.
+    pub(super) fn follows_tip(&self) -> bool {
+        self.follows_tip
     }
 
     /// Whether the job names any.
@@ -123,30 +177,47 @@ impl<'a> Rotary<'a> {
         !self.axes.is_empty()
     }
 
-    /// Whether an axis turns the tool away from where it points at zero.
+    /// Whether an axis turns the tool away from the Z of the text.
     pub(super) fn turns_tool(&self) -> bool {
-        self.axes.iter().zip(&self.angles).any(|(axis, angle)| !axis.turns_work && *angle != 0.0)
+        let mut all = self.axes.iter().zip(&self.angles);
+        all.any(|(axis, angle)| (self.follows_tip || !axis.turns_work) && *angle != 0.0)
     }
 
     /// Whether an axis turns the work, so that lines of the text are none in the work.
     pub(super) fn moves_work(&self) -> bool {
-        self.axes.iter().zip(&self.angles).any(|(axis, angle)| axis.turns_work && *angle != 0.0)
+        !self.follows_tip && self.is_work_turned()
+    }
+
+    /// Whether an axis of the work is off zero.
+    pub(super) fn is_work_turned(&self) -> bool {
+        self.of_work().any(|(_, angle)| angle != 0.0)
+    }
+
+    fn of_work(&self) -> impl Iterator<Item = (&RotaryAxis, f64)> {
+        let all = self.axes.iter().zip(&self.angles);
+        all.filter(|(axis, _)| axis.turns_work).map(|(axis, angle)| (axis, *angle))
     }
 
     /// A place of the text, mm, in the work.
     pub(super) fn in_work(&self, at: Vector3<f64>) -> Vector3<f64> {
-        let of_work = self.axes.iter().zip(&self.angles).filter(|(axis, _)| axis.turns_work);
-        of_work.fold(at, |at, (axis, angle)| {
-            let turn = Rotation3::from_axis_angle(&axis.axis, -rad_from_deg(*angle));
+        if self.follows_tip {
+            return at;
+        }
+        self.of_work().fold(at, |at, (axis, angle)| {
+            let turn = Rotation3::from_axis_angle(&axis.axis, -rad_from_deg(angle));
             axis.origin_mm + turn * (at - axis.origin_mm)
         })
     }
 
     /// A direction of the text in the work.
     pub(super) fn way_in_work(&self, way: Vector3<f64>) -> Vector3<f64> {
-        let of_work = self.axes.iter().zip(&self.angles).filter(|(axis, _)| axis.turns_work);
-        of_work.fold(way, |way, (axis, angle)| {
-            Rotation3::from_axis_angle(&axis.axis, -rad_from_deg(*angle)) * way
+        if self.follows_tip { way } else { self.turned_back(way) }
+    }
+
+    /// A direction of the machine in the work.
+    fn turned_back(&self, way: Vector3<f64>) -> Vector3<f64> {
+        self.of_work().fold(way, |way, (axis, angle)| {
+            Rotation3::from_axis_angle(&axis.axis, -rad_from_deg(angle)) * way
         })
     }
 }

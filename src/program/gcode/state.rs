@@ -92,12 +92,30 @@ pub(super) enum Uncompensated {
     G49,
 }
 
+/// A feed that holds, and whether it was stated in inches.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HeldFeed {
+    feed: Feed,
+    in_inches: bool,
+}
+
+/// How the tool tip goes where rotary axes turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Tip {
+    Rapid,
+    Feed,
+    /// At feed, to where it is.
+    Stays,
+}
+
 pub(super) struct Machine<'a> {
     pub(super) cutter: Cutter<'a>,
     pub(super) motion: Motion,
     pub(super) plane: Plane,
     pub(super) inches: bool,
     feed_in_inches: bool,
+    /// Of the feed that the cutter has.
+    was_feed_in_inches: bool,
     /// The job's unit, in which feeds are under Sinumerik's G70 and G71.
     basic_in_inches: bool,
     pub(super) is_sinumerik: bool,
@@ -149,6 +167,7 @@ impl<'a> Machine<'a> {
             plane: Plane::XY,
             inches,
             feed_in_inches: inches,
+            was_feed_in_inches: inches,
             basic_in_inches: inches,
             is_sinumerik: false,
             relative: false,
@@ -195,8 +214,32 @@ impl<'a> Machine<'a> {
         let kind = self.cutter.feed.kind;
         let value = self.feed_in(kind, word.value);
         let feed = Feed { kind, value: Some(value) };
+        self.was_feed_in_inches = self.feed_in_inches;
         self.cutter.state_feed(line, feed, word.value, word.span);
         Ok(())
+    }
+
+    pub(super) fn held_feed(&self) -> HeldFeed {
+        HeldFeed { feed: self.cutter.feed, in_inches: self.was_feed_in_inches }
+    }
+
+    /// Back to a feed that held before.
+    pub(super) fn hold_feed(&mut self, HeldFeed { feed, in_inches }: HeldFeed) {
+        (self.cutter.feed, self.was_feed_in_inches) = (feed, in_inches);
+    }
+
+    /// A feed that was stated before a change between inches and mm.
+    fn tell_kept_feed(&mut self, line: usize) {
+        let Feed { kind, value } = self.cutter.feed;
+        if value.is_some()
+            && kind != FeedKind::InverseTime
+            && self.was_feed_in_inches != self.feed_in_inches
+        {
+            let what = "F stands before a change between inches and mm, and is taken to stay the \
+                        feed that it was; on some controls its number stays, in the other unit: \
+                        write F again behind the change";
+            self.cutter.log.warning(Code::UnitAssumed, line, what);
+        }
     }
 
     /// A feed as the program writes it, in mm where it is a length.
@@ -214,13 +257,18 @@ impl<'a> Machine<'a> {
         if self.waits_for_change { Ok(()) } else { self.change_tool() }
     }
 
-    /// The number of a tool's length: H beside G43 or G44, or Sinumerik's D.
+    /// The number of a tool's length: H beside G43 or G44, or while they hold where it is none of a
+    /// call or a radius; or Sinumerik's D.
     pub(super) fn length_in(&self, block: &Block) -> Option<f64> {
         if self.is_sinumerik {
             return block.get('D');
         }
         let compensates = || block.codes('G').any(|code| matches!(code, 430 | 434 | 440));
-        block.get('H').filter(|_| compensates())
+        let is_other = || {
+            block.codes('G').any(|code| matches!(code, 410 | 420 | 650))
+                || block.codes('M').any(|code| code == 980)
+        };
+        block.get('H').filter(|_| compensates() || self.is_compensated && !is_other())
     }
 
     /// The tool that was selected is in the spindle from here on.
@@ -261,6 +309,13 @@ impl<'a> Machine<'a> {
 
     /// A move at feed.
     pub(super) fn cuts(&mut self, line: usize) {
+        self.tell_kept_feed(line);
+        if !self.rotary.follows_tip() && self.rotary.tilts_tool() {
+            let what = "cuts with the tool tilted by a rotary axis: without G43.4 or TRAORI, X, Y \
+                        and Z may be places of the axis and not of the tool tip, as which they \
+                        are read; have it posted with tool centre point control";
+            self.cutter.log.warning(Code::UnitAssumed, line, what);
+        }
         if self.waits_for_first {
             self.cuts_before_change.get_or_insert(line);
         }
@@ -268,12 +323,7 @@ impl<'a> Machine<'a> {
 
     /// Rotary axes and tool directions of a block, and whether it turns any. The path is taken to
     /// be straight in the work, and the shorter way round.
-    pub(super) fn turn(
-        &mut self,
-        line: usize,
-        block: &Block,
-        is_rapid: bool,
-    ) -> Result<bool, String> {
+    pub(super) fn turn(&mut self, line: usize, block: &Block, tip: Tip) -> Result<bool, String> {
         let direction = DIRECTION.map(|letter| block.word(letter).map(|word| word.value));
         let is_directed = direction.iter().any(Option::is_some);
         if is_directed {
@@ -293,16 +343,47 @@ impl<'a> Machine<'a> {
         if turned > 0.0 {
             self.cutter.tilt(self.rotary.tool_axis());
         }
-        let most = if is_rapid { HALF_TURN_DEG } else { STRAIGHT_DEG };
+        let follows_tip = self.rotary.follows_tip();
+        if follows_tip && !self.is_sinumerik && self.rotary.is_work_turned() {
+            let what = "under G43.4, X, Y and Z are taken to be in the turned work; on Fanuc, \
+                        parameter 19696 (WKP) may have them stay where the work was before it \
+                        turned";
+            self.cutter.log.warning(Code::UnitAssumed, line, what);
+        }
+        let is_still = follows_tip && tip == Tip::Stays;
+        let most = match tip {
+            Tip::Rapid => HALF_TURN_DEG,
+            _ if follows_tip && !is_still => HALF_TURN_DEG,
+            _ => STRAIGHT_DEG,
+        };
         if turned > most + ROUNDING_DEG && self.cutter.log.has_moved() {
-            let what = format!(
-                "a rotary axis turns by {turned:.1}° in one move: it is read as straight in the \
-                 work, the shorter way round, and at the feed along that, which is right under \
-                 G43.4, TRAORI or M128 alone; write turns as steps of up to {most}°"
-            );
+            let what = if is_still {
+                format!(
+                    "a rotary axis turns by {turned:.1}° at feed while the tool tip stays: how \
+                     long that takes is not known, as F is in degrees a minute there on many \
+                     controls; turn it by a rapid move, or in a block that moves the tip"
+                )
+            } else {
+                format!(
+                    "a rotary axis turns by {turned:.1}° in one move: it is read as straight in \
+                     the work, the shorter way round, and at the feed along that, which is right \
+                     under G43.4, TRAORI or M128 alone; write turns as steps of up to {most}°"
+                )
+            };
             self.cutter.log.warning(Code::MotionLeftOut, line, what);
         }
         Ok(is_directed || turned > 0.0)
+    }
+
+    /// Tool centre point control. The tool does not move by it; on turned work its place has other
+    /// coordinates, where they depend on known ones alone.
+    pub(super) fn follow_tip(&mut self, follows: bool) -> Result<(), String> {
+        if follows != self.rotary.follows_tip() && self.rotary.is_work_turned() {
+            self.no_corner()?;
+            self.cutter.at = self.rotary.told_otherwise(self.cutter.at);
+        }
+        self.rotary.follow_tip(follows);
+        Ok(())
     }
 
     /// G28 and G30 go by way of the point that they name to the reference of its axes, or of all.

@@ -13,6 +13,13 @@ use crate::program::arc::{Arc, Centre, Plane, centre_of};
 /// Below this a length or a sine counts as zero, mm.
 const ZERO: f64 = 1e-9;
 
+/// An LCT whose line meets the contour nearer to the contour's point than this has no arc: programs
+/// round to so much. mm.
+const NO_ARC: f64 = 0.005;
+
+/// Beyond this it is no rounding of the reckoning, mm.
+const ROUNDING: f64 = 1e-6;
+
 /// Blocks between an approach and the contour's first element.
 const NEAR: usize = 20;
 
@@ -126,7 +133,10 @@ impl Reader<'_, '_> {
                 let radius = self.length(block, "R")?;
                 let centre = first + left(along) * (sense * radius);
                 let toward = tangent_from(from.xy(), centre, radius, sense)?;
-                (toward, Some((centre, sense < 0.0)))
+                match self.leaves_out_arc(line, [toward, first], centre, sense) {
+                    true => (first, None),
+                    false => (toward, Some((centre, sense < 0.0))),
+                }
             }
             other => return Err(format!("APPR {other} is not supported")),
         };
@@ -140,15 +150,43 @@ impl Reader<'_, '_> {
         let end = Vector3::new(x, y, z);
         match arc {
             Some((centre, clockwise)) => self.turn_about(line, end, centre, clockwise, pace)?,
-            None => self.cutter.line_to(line, end, pace),
+            None => self.cutter.apart(line, end, pace),
         }
         self.heading = Some(along);
-        if from.z != z {
-            let what = "APPR or DEP with a depth: Z is taken to move apart, between the ways in \
-                        the plane; newer controls move all axes at once";
-            self.cutter.log.warning(Code::Assumed, line, what);
-        }
+        self.tell_depth(line, [from.z, z]);
         Ok(())
+    }
+
+    /// Controls differ in the way of the tool axis.
+    fn tell_depth(&mut self, line: usize, [from, to]: [f64; 2]) {
+        if from != to {
+            let what = "APPR or DEP with a depth: Z is taken to move apart, between the ways in \
+                        the plane, and newer controls move all axes at once, on another path; \
+                        write Z in a block of its own";
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+        }
+    }
+
+    /// Leaves out the arc of an LCT whose line and the contour are one line, so that it turns by
+    /// nothing from one point to the other: then true. Where rounding puts the points the other way
+    /// about, it would go round the whole circle, which is told.
+    fn leaves_out_arc(
+        &mut self,
+        line: usize,
+        [from, to]: [Vector2<f64>; 2],
+        centre: Vector2<f64>,
+        sense: f64,
+    ) -> bool {
+        let gap = (to - from).norm();
+        let goes_round = sense * (from - centre).perp(&(to - centre)) < 0.0;
+        if goes_round && gap > ROUNDING && gap <= NO_ARC {
+            let what = format!(
+                "the line of APPR or DEP LCT is tangent to the contour up to {gap:.4} mm, and is \
+                 read without an arc: the control may go round a whole circle; write LT"
+            );
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+        }
+        gap <= NO_ARC
     }
 
     /// DEP: off the contour, along the last element, across it or on an arc.
@@ -180,13 +218,16 @@ impl Reader<'_, '_> {
                 let centre = here + left(along) * (sense * radius);
                 // The way backwards: from the end to the circle, in the other sense.
                 let off = tangent_from(end, centre, radius, -sense)?;
-                self.turn_about(line, level(off), centre, sense < 0.0, pace)?;
+                if !self.leaves_out_arc(line, [here, off], centre, sense) {
+                    self.turn_about(line, level(off), centre, sense < 0.0, pace)?;
+                }
                 end
             }
             other => return Err(format!("DEP {other} is not supported")),
         };
         self.cutter.apart(line, level(end), pace);
         self.cutter.apart(line, Vector3::new(end.x, end.y, height), pace);
+        self.tell_depth(line, [depth, height]);
         self.heading = None;
         self.side = None;
         Ok(())

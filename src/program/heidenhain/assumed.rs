@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Reader;
-use super::block::Parameters;
+use super::block::{Parameters, Text};
 use super::formula::RADIUS;
-use crate::notes::Code;
 use crate::program::Assumed;
 use crate::program::span::Held;
+use crate::program::unread::{names, tell_unheeded};
 
 /// Parameters below this are the program's own.
 const FIRST_OF_CONTROL: u32 = 100;
@@ -100,22 +100,15 @@ impl Reader<'_, '_> {
     /// job may have the rest.
     pub(super) fn tell_unheeded(&mut self) {
         for own in self.given.all {
-            let (key, number) = (own.0.to_uppercase(), parameter(own).map(|(number, _)| number));
+            let number = parameter(own).map(|(number, _)| number);
             if number.is_some_and(|number| self.given.read.contains(&number)) {
                 continue;
             }
-            let has = |part: &str| {
-                let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
-                part.to_uppercase().split(&key).skip(1).any(|rest| !rest.starts_with(is_part))
-            };
-            let named = self.blocks.iter().find(|text| text.parts.iter().any(|part| has(part.1)));
-            let Some(line) = named.map(|text| text.line) else { continue };
-            let why = match number {
-                Some(_) => "where it reads it, it has a value of its own for it",
-                None => "Q parameters from 0 to 99 and Q108, the tool's radius, may be assumed",
-            };
-            let what = format!("the job assumes {key}, which has no effect on this program: {why}");
-            self.cutter.log.warning(Code::Unused, line, what);
+            let has = |text: &&Text<'_>| text.parts.iter().any(|part| names(part.1, own.0));
+            let Some(text) = self.blocks.iter().find(has) else { continue };
+            let may_be = "Q parameters from 0 to 99 and Q108, the tool's radius, may be assumed";
+            let other = number.is_none().then_some(may_be);
+            tell_unheeded(self.cutter.log, text.line, &own.0.to_uppercase(), other);
         }
     }
 }

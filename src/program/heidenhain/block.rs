@@ -63,6 +63,34 @@ impl<'t> Block<'t> {
             && !(self.is_after("F", "MAX") || self.is_after("F", "AUTO"))
     }
 
+    /// What is wrong with a sign or a number of a block of motion or the like: `X -`, `X+10 - 3`.
+    pub(super) fn loose(&self) -> Option<String> {
+        let from = match self.name(0) {
+            "L" | "C" | "CR" | "CT" | "CP" | "LP" | "APPR" | "DEP" => 1,
+            "CC" | "RND" | "CHF" | "TRANS" => 1,
+            // Behind the number of the tool.
+            "TOOL" | "CYCL" if self.name(1) == "CALL" => 3,
+            _ => return None,
+        };
+        let is_loose = |word: &&Word<'_>| match (word.value, word.sign) {
+            (Some(_), _) => word.name.is_empty(),
+            (None, sign) => sign.is_some() && word.name != "DR",
+        };
+        let word = self.words.iter().skip(from).find(is_loose)?;
+        let sign = word.sign.map_or("", |is_plus| if is_plus { "+" } else { "-" });
+        Some(match (word.name, word.value) {
+            ("", Some(value)) => format!(
+                "{value} stands behind a word that has its number: work it out, or write a Q \
+                 parameter"
+            ),
+            ("", None) => format!(
+                "'{sign}' stands behind a number or another sign: a word has one sign and one \
+                 number; work it out, or write a Q parameter"
+            ),
+            (name, _) => format!("'{name} {sign}' has a sign and no number behind it"),
+        })
+    }
+
     pub(super) fn all<'b>(&'b self, name: &'b str) -> impl Iterator<Item = f64> + 'b {
         self.words.iter().filter(move |word| word.name == name).filter_map(|word| word.value)
     }
@@ -185,19 +213,26 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
         if !bytes[at].is_ascii_alphabetic() {
             // A number of its own belongs to the word before: `TOOL CALL 5`, `LBL 1`.
             let length = number_length(bytes, at);
+            let open = words.last_mut().filter(|before: &&mut Word<'t>| before.is_open());
             if length == 0 || !bytes[at..at + length].iter().any(u8::is_ascii_digit) {
+                // `X - 50`, `Z + Q13`.
+                let sign = sign_of(content.get(at..at + 1).unwrap_or(""));
+                match open {
+                    Some(before) if before.sign.is_none() => before.sign = sign,
+                    // `X+10 - 3`, `X - - 3`: to no word.
+                    open => {
+                        let is_lost = open.is_some() || words.last().is_some_and(is_finished);
+                        words.extend(sign.filter(|_| is_lost).map(Word::of_sign));
+                    }
+                }
                 at += 1;
                 continue;
             }
             let own = word(content, at, at, at + length, offset);
-            let is_open = |before: &&mut Word<'t>| {
-                before.value.is_none()
-                    && !before.name.is_empty()
-                    && before.name != "DR"
-                    && !NUMBERED_BEHIND.contains(&before.name)
-            };
             // `S 1500`, `X+ 50`; the words before that take a number of their own do not.
-            match words.last_mut().filter(is_open).filter(|_| own.value.is_some()) {
+            let is_signed = matches!(bytes[at], b'+' | b'-');
+            let takes = |before: &&mut Word<'t>| !(is_signed && before.sign.is_some());
+            match open.filter(takes).filter(|_| own.value.is_some()) {
                 Some(before) => {
                     let is_negative = before.sign == Some(false);
                     let value = own.value.map(|value| if is_negative { -value } else { value });
@@ -217,12 +252,17 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
         let (name_end, whole_end) = (at, at);
         // Q200 is a name; X10 is a letter and a number.
         let is_parameter = content.get(start..name_end) == Some("Q");
-        // `TOOL CALL Q11`.
+        // `Z + Q13`, `TOOL CALL Q11`.
+        let is_call = |before: &Word<'_>| before.name == "CALL";
+        let awaits = |before: &Word<'_>| before.is_open() && before.sign.is_some();
         if is_parameter
-            && words.last().is_some_and(|before: &Word<'_>| before.name == "CALL")
-            && let (Some(Held { value, span }), length) = parameter(content, start, parameters)
+            && let Some(before) = words.last().copied().filter(|own| is_call(own) || awaits(own))
+            && let (Some(held), length) = parameter(content, start, parameters)
         {
-            words.push(Word { name: "", value: Some(value), span, sign: None });
+            let Held { value, span } = signed(held, before.sign == Some(false));
+            let name = if is_call(&before) { "" } else { before.name };
+            words.truncate(words.len() - usize::from(!is_call(&before)));
+            words.push(Word { name, value: Some(value), span, sign: None });
             at = start + length;
             continue;
         }
@@ -302,16 +342,30 @@ impl<'t> Word<'t> {
     fn named(self, content: &'t str, start: usize, end: usize) -> Self {
         Self { name: content.get(start..end).unwrap_or(""), ..self }
     }
+
+    /// A sign that belongs to no word.
+    fn of_sign(is_plus: bool) -> Self {
+        Self { name: "", value: None, span: None, sign: Some(is_plus) }
+    }
+
+    /// Whether its number may stand apart behind it.
+    fn is_open(&self) -> bool {
+        self.value.is_none()
+            && !self.name.is_empty()
+            && self.name != "DR"
+            && !NUMBERED_BEHIND.contains(&self.name)
+    }
+}
+
+/// Whether a word has its number.
+fn is_finished(word: &Word<'_>) -> bool {
+    word.value.is_some()
 }
 
 /// A word whose number stands at `from..to`.
 fn word(content: &str, start: usize, from: usize, to: usize, offset: usize) -> Word<'_> {
     let number = content.get(from..to).unwrap_or("");
-    let sign = match number {
-        "+" => Some(true),
-        "-" => Some(false),
-        _ => None,
-    };
+    let sign = sign_of(number);
     let value = match number.contains(',') {
         true => number.replace(',', ".").parse::<f64>().ok(),
         false => number.parse::<f64>().ok(),
@@ -319,6 +373,15 @@ fn word(content: &str, start: usize, from: usize, to: usize, offset: usize) -> W
     let value = value.filter(|value| value.is_finite());
     let span = value.map(|_| Span::new(offset + from, offset + to));
     Word { name: content.get(start..from).unwrap_or(""), value, span, sign }
+}
+
+/// Of a sign alone, whether it is a plus.
+fn sign_of(text: &str) -> Option<bool> {
+    match text {
+        "+" => Some(true),
+        "-" => Some(false),
+        _ => None,
+    }
 }
 
 fn number_length(bytes: &[u8], from: usize) -> usize {
@@ -387,6 +450,14 @@ mod tests {
         );
         assert_eq!(values("Q206=Q2 Q201=-20"), [("Q206", Some(68.0)), ("Q201", Some(-20.0))]);
         assert_eq!(values("Q203=-Q2 Q201=+Q30"), [("Q203", Some(-68.0)), ("Q201", Some(-1.5))]);
+        assert_eq!(
+            values("L X - 5 Y+ Q2 Z - Q30"),
+            [("L", None), ("X", Some(-5.0)), ("Y", Some(68.0)), ("Z", Some(1.5))]
+        );
+        assert_eq!(
+            values("L X - .5 Y - ,25 Z + 0.5"),
+            [("L", None), ("X", Some(-0.5)), ("Y", Some(-0.25)), ("Z", Some(0.5))]
+        );
         // Q3 is not known, and Q2 no part of it.
         assert_eq!(values("L FQ3"), [("L", None), ("FQ", Some(3.0))]);
         assert!(parse("L FQ2", 0, &known).word("F").unwrap().span.is_none());

@@ -11,7 +11,7 @@ use crate::program::Pace;
 use crate::program::cutter::{Feed, FeedKind, Hole, over_peck};
 use crate::program::log::States;
 use crate::program::span::Span;
-use crate::units::m_per_s_from_mm_per_min;
+use crate::units::{hz_from_rpm, m_per_s_from_mm_per_min};
 
 /// This feed in a Q parameter stands for FMAX.
 const FMAX_MM_PER_MIN: f64 = 99_999.0;
@@ -94,6 +94,27 @@ impl Reader<'_, '_> {
         }
     }
 
+    /// FUNCTION DWELL: TIME in seconds, REV in turns of the spindle.
+    pub(super) fn dwell(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        let is_other = |word: &&Word<'_>| !matches!(word.name, "TIME" | "REV");
+        if let Some(word) = block.words.iter().skip(2).find(is_other) {
+            return Err(format!(
+                "'{}' beside FUNCTION DWELL is not understood: write it in a block of its own",
+                word.name
+            ));
+        }
+        let seconds = match (block.get("TIME"), block.get("REV"), self.cutter.rpm) {
+            (Some(seconds), None, _) => seconds,
+            (None, Some(turns), Some(rpm)) if rpm > 0.0 => turns / hz_from_rpm(rpm),
+            (None, Some(_), _) => {
+                return Err("a dwell in turns, but the spindle's speed is not known".to_owned());
+            }
+            _ => return Err("FUNCTION DWELL needs TIME or REV with a number".to_owned()),
+        };
+        self.cutter.log.dwell(line, seconds);
+        Ok(())
+    }
+
     /// Cycle 247: the preset under which the path starts is the job's work object.
     fn choose_preset(&mut self, line: usize, preset: Option<f64>) {
         self.shift = Vector3::zeros();
@@ -110,8 +131,9 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Cycle 7: the axes that it names count from so far away, by `I` from the shift before.
-    fn shift_work(&mut self, block: &Block<'_>) -> Result<(), String> {
+    /// Cycle 7 and TRANS DATUM AXIS: the axes that they name count from so far away, by `I` from
+    /// the shift before.
+    pub(super) fn shift_work(&mut self, block: &Block<'_>) -> Result<(), String> {
         let mut shift = self.shift;
         let axes = [("X", "IX"), ("Y", "IY"), ("Z", "IZ")];
         for word in block.words.iter().skip(3) {
@@ -125,9 +147,10 @@ impl Reader<'_, '_> {
                 (None, None) if word.sign.is_none() && !is_of_motion(word.name) => {}
                 (None, Some(0.0)) if !word.name.is_empty() => {}
                 _ => {
-                    let what =
-                        "cycle 7 shifts or turns the work by what is no number along X, Y or Z";
-                    return Err(what.to_owned());
+                    let own = if block.name(0) == "TRANS" { "TRANS DATUM AXIS" } else { "cycle 7" };
+                    return Err(format!(
+                        "{own} shifts or turns the work by what is no number along X, Y or Z"
+                    ));
                 }
             }
         }

@@ -314,6 +314,7 @@ impl Reader<'_, '_> {
             .flatten();
         let arc =
             Arc { start, end, plane, turn: Rotation3::identity(), clockwise, centre, more_turns };
+        self.cutter.tell_tiny(line, &arc);
         self.cutter.arc(line, &arc, pace)
     }
 }

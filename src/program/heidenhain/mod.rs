@@ -3,9 +3,9 @@
 //! Read: L, CC with C and CP in planes of two axes, CR, CT, LP, RND and CHF between lines, APPR
 //! and DEP in X/Y, TOOL CALL, F, FMAX, M, drilling cycles 1, 200, 201, 203 and 205 to 207 with CYCL
 //! CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP. Q parameters that formulas
-//! and FN 0 to 8 set stand for their numbers, FN 9 to 12 jump, cycle 7 shifts the work. Errors:
-//! other parameters, cycles and planes. The preset under which the path starts is the job's work
-//! object.
+//! and FN 0 to 8 set stand for their numbers, FN 9 to 12 jump, cycle 7 and TRANS DATUM AXIS shift
+//! the work. Errors: other parameters, cycles and planes. The preset under which the path starts is
+//! the job's work object.
 
 mod approach;
 mod assumed;
@@ -225,6 +225,7 @@ impl<'a, 't> Reader<'a, 't> {
             let own = if block.words.iter().any(is_radius) { OF_TOOL } else { own };
             return Err(if is_other { OTHERS } else { own }.to_owned());
         }
+        block.loose().map_or(Ok(()), Err)?;
         let without = without_handwheel(block);
         if without.is_some() {
             let what =
@@ -265,9 +266,10 @@ impl<'a, 't> Reader<'a, 't> {
                 self.forget(block);
                 Ok(())
             }
+            "FUNCTION" if block.name(1) == "DWELL" => self.dwell(line, block),
             "" | "BLK" | "STOP" | "FUNCTION" => {
                 if block.name(0) == "FUNCTION" && !block.has("RESET") {
-                    return Err("FUNCTION is not supported".to_owned());
+                    return Err(format!("FUNCTION {} is not supported", block.name(1)));
                 }
                 self.m_codes(line, block, false)
             }
@@ -307,6 +309,14 @@ impl<'a, 't> Reader<'a, 't> {
                 }
                 Ok(())
             }
+            "TRANS" if block.name(1) != "DATUM" => Err(format!(
+                "TRANS {} turns, mirrors or scales the work and is not supported",
+                block.name(1)
+            )),
+            "TRANS" if block.name(2) == "AXIS" => self.shift_work(block),
+            "TRANS" => Err("TRANS DATUM takes the shift from a table or a point of the control: \
+                            have TRANS DATUM AXIS written"
+                .into()),
             "M" => self.m_codes(line, block, false),
             name if name.starts_with('Q') => self.assign(text, block),
             "SPL" => Err("SPL is a spline, which is not read: have lines and arcs written".into()),
@@ -608,7 +618,7 @@ fn turns_nothing(block: &Block<'_>) -> bool {
 fn parts_lines(block: &Block<'_>) -> bool {
     let parts = |code: f64| ![7.0, 8.0, 9.0].contains(&code);
     let reckons = block.name(0) == "FN" || block.name(0).starts_with('Q');
-    !(reckons || matches!(block.name(0), "L" | "LP" | "CC" | "RND" | "CHF" | "" | "M"))
+    !(reckons || matches!(block.name(0), "L" | "LP" | "CC" | "RND" | "CHF" | "" | "M" | "LBL"))
         || block.all("M").any(parts)
 }
 

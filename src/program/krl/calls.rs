@@ -38,8 +38,13 @@ impl<'a> Run<'a> {
         if sets || is_harmless(name) {
             return Flow::Next;
         }
-        if values.iter().any(is_position) || sounds_like_motion(name) {
-            let what = format!("'{name}' is in no file that is read and moves");
+        let is_given_place = values.iter().any(is_position);
+        if is_given_place || sounds_like_motion(name) {
+            let why = if is_given_place { "is given a position" } else { "moves by its name" };
+            let what = format!(
+                "'{name}' is in no file that is read and {why}: path.program.files in the job can \
+                 name its file"
+            );
             self.log.error(Code::Motion, line, what);
         } else {
             self.not_read(line, name, args);

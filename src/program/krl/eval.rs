@@ -11,7 +11,7 @@ use super::signals::named_by;
 use super::syntax::{Expr, Path};
 use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, base, frame, of_frame, unset};
 use super::walk::all_of;
-use super::words::is_own_function;
+use super::words::{BEHIND_MOVE, is_own_function};
 use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame};
 use crate::program::{Assumed, Settings, single};
@@ -23,6 +23,9 @@ const SIGNALS: [&str; 4] = ["$out", "$anout", "$flag", "$cycflag"];
 /// What changes while the program does something else.
 const RUNNING: [&str; 2] = ["$timer", "$cycflag"];
 
+/// What changes with every move.
+const POSITIONS: [&str; 4] = ["$pos_act", "$pos_ret", "$pos_int", "$axis_act"];
+
 impl<'a> Run<'a> {
     pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
         match expr {
@@ -31,8 +34,10 @@ impl<'a> Run<'a> {
             Expr::Text(text) => Value::Text(text.clone()),
             Expr::Enum(name) => Value::Enum(name.clone()),
             Expr::Parts(parts) => {
-                let parts =
-                    parts.iter().map(|(name, expr)| (name.clone(), self.eval(expr).held_in(name)));
+                let parts = parts.iter().map(|(name, expr)| {
+                    let value = self.eval(expr);
+                    (name.clone(), self.held_in(value, name))
+                });
                 Value::Parts(parts.collect())
             }
             Expr::Ref(path) => self.read(path),
@@ -102,6 +107,11 @@ impl<'a> Run<'a> {
             Err(why) => return Value::unknown(why),
         };
         let mut value = self.datum(&key);
+        if matches!(value, Value::Unknown(_))
+            && let Some(assumed) = self.assumed_component(&key, &path.fields)
+        {
+            return assumed;
+        }
         for field in &path.fields {
             value = match value {
                 Value::Parts(mut parts) => parts.remove(field).unwrap_or_else(|| {
@@ -112,6 +122,51 @@ impl<'a> Run<'a> {
             };
         }
         value
+    }
+
+    /// What the job assumes of a component of a datum that is not known: `$POS_ACT.Z`.
+    fn assumed_component(&mut self, key: &str, fields: &[String]) -> Option<Value> {
+        let is_position = POSITIONS.contains(&key);
+        let has_left = is_position && (self.has_left || self.log.has_moved());
+        if fields.is_empty() || has_left || self.forgotten.contains(key) {
+            return None;
+        }
+        let name = format!("{key}.{}", fields.join("."));
+        let assumed = *self.settings.assume.get(&name)?;
+        if is_position && key != "$axis_act" {
+            let frames = (self.base, self.tcp, self.no_base.clone(), self.unknown_form.clone());
+            if self.asked_in.is_none() {
+                let what = "what assume: gives of the robot's position counts in the base and with \
+                            the tool that are chosen here";
+                self.log.warning(Code::Assumed, self.line, what);
+            }
+            // A number counts in one base and with one tool.
+            if *self.asked_in.get_or_insert_with(|| frames.clone()) != frames {
+                return Some(Value::unknown(format!(
+                    "assume: {{\"{}\": …}} counts in the base and with the tool where the program \
+                     asks for the position first, and others are chosen since",
+                    name.to_uppercase()
+                )));
+            }
+        }
+        Some(value_of(assumed).held_in(fields.last()?))
+    }
+
+    /// As a component of this name holds it: of a structure that the files declare a FRAME, too.
+    fn held_in(&self, value: Value, component: &str) -> Value {
+        let declared = self.file.components.get(component).map_or(&[][..], Vec::as_slice);
+        let (Value::Parts(_), Some((first, others))) = (&value, declared.split_first()) else {
+            return value.held_in(component);
+        };
+        let held = value.clone().held_as(Some(*first));
+        if others.iter().all(|other| value.clone().held_as(Some(*other)) == held) {
+            return held;
+        }
+        Value::unknown(format!(
+            "{} is a component of several STRUC, which differ in whether it keeps S, T and \
+             external axes: which one this is is not read",
+            component.to_uppercase()
+        ))
     }
 
     pub(super) fn datum(&mut self, key: &str) -> Value {
@@ -127,23 +182,30 @@ impl<'a> Run<'a> {
         // The job may call an output by any of its names.
         let names = self.names(key);
         let assumed = names.iter().find_map(|name| self.settings.assume.get(name));
+        let assumed = assumed.copied();
         match (own, assumed.filter(|_| !self.forgotten.contains(key))) {
-            (None | Some(Value::Unknown(_)), Some(Assumed::Truth(value))) => {
-                return Value::Bool(*value);
+            (None | Some(Value::Unknown(_)), Some(assumed)) => {
+                return value_of(assumed).held_as(self.type_of(key));
             }
-            (None | Some(Value::Unknown(_)), Some(Assumed::Number(value))) => {
-                let sort = if value.fract() == 0.0 { Sort::Whole } else { Sort::Real };
-                return Value::Num(*value, None, sort).held_as(self.type_of(key));
+            (Some(value), _) => {
+                if let (Value::Unknown(why), true) = (&value, assumed.is_some()) {
+                    let what = format!("assume: '{key}' has no effect here: {why}");
+                    self.log.warning(Code::Unused, self.line, what);
+                }
+                return value;
             }
-            (Some(value), _) => return value,
             (None, None) => {}
         }
         match key {
-            "$nullframe" | "$world" => of_frame(&Isometry3::identity()),
+            "$nullframe" => of_frame(&Isometry3::identity()),
+            "$world" => of_frame(&self.settings.base_frames.get(&0).copied().unwrap_or_default()),
             "$pos_act" | "$pos_ret" | "$pos_int" => self.position(),
             "$base" => match &self.no_base {
                 Some(why) => Value::unknown(why.clone()),
-                None => of_frame(&self.base),
+                None => {
+                    self.tell_of_world();
+                    of_frame(&self.base)
+                }
             },
             "$tool" => of_frame(&self.tcp),
             _ if key.starts_with("tool_data[") => self.of_job(key, tool_frame),
@@ -169,11 +231,20 @@ impl<'a> Run<'a> {
     }
 
     /// Where the robot is, in the base.
-    fn position(&self) -> Value {
+    fn position(&mut self) -> Value {
         match self.log.last() {
             _ if self.no_base.is_some() => Value::unknown("the base is not known"),
-            Some(last) => of_frame(&(self.base.inverse() * last.with(&self.tcp))),
-            None => Value::unknown("the robot's position is known only at run time"),
+            Some(last) if !self.log.is_away() => {
+                self.tell_of_world();
+                of_frame(&(self.base.inverse() * last.with(&self.tcp)))
+            }
+            _ if self.has_left || self.log.has_moved() => {
+                Value::unknown(format!("the robot's position {BEHIND_MOVE}"))
+            }
+            _ => Value::unknown(
+                "the robot's position before the first move is known only at run time; assume: \
+                 {\"$POS_ACT.Z\": …} gives a component",
+            ),
         }
     }
 
@@ -205,12 +276,12 @@ impl<'a> Run<'a> {
         if matches!(value, Value::Unknown(_)) && fields.is_empty() {
             self.forgotten.insert(key.clone());
         }
-        let store = self.store(&key);
         let Some((last, way)) = fields.split_last() else {
-            store.insert(key, value.held_as(declared));
+            self.store(&key).insert(key, value.held_as(declared));
             return Ok(());
         };
-        let value = value.held_in(last);
+        let value = self.held_in(value, last);
+        let store = self.store(&key);
         let is_new = store.get(&key).is_none_or(|old| *old == unset(&key));
         if is_new && (declared.is_some() || key.ends_with("dat_act")) {
             store.insert(key.clone(), Value::Parts(Parts::new()));
@@ -390,9 +461,11 @@ impl<'a> Run<'a> {
                 }))
             }
             // The speed and the frames of inline forms.
-            "svel_cp" | "svel_joint" => {
-                first.cloned().unwrap_or_else(|| Value::unknown("no speed"))
-            }
+            "svel_cp" | "svel_joint" => known(match first {
+                Some(value) if name == "svel_cp" => self.basic_velocity(self.line, value),
+                Some(value) => self.basic_share(self.line, value),
+                None => Err("no speed".to_owned()),
+            }),
             // How the tool turns on its lines and arcs.
             "sori_typ" | "scirc_typ" => {
                 let part = if name == "sori_typ" { "ori_typ" } else { "circ_typ" };
@@ -429,15 +502,29 @@ impl<'a> Run<'a> {
                 if !is_own_function(name) {
                     self.not_read(self.line, name, args);
                 }
-                Value::unknown(format!(
-                    "function '{name}' is not read: its value is known only at run time"
-                ))
+                match self.settings.assume.get(name) {
+                    Some(assumed) => value_of(*assumed).held_as(None),
+                    None => Value::unknown(format!(
+                        "function '{name}' is not read: its value is known only at run time"
+                    )),
+                }
             }
         }
     }
 }
 
-fn number_of(value: &Value, part: &str) -> Result<f64, String> {
+/// What the job assumes, as the text of a program would have it.
+fn value_of(assumed: Assumed) -> Value {
+    match assumed {
+        Assumed::Truth(value) => Value::Bool(value),
+        Assumed::Number(value) => {
+            let sort = if value.fract() == 0.0 { Sort::Whole } else { Sort::Real };
+            Value::Num(value, None, sort)
+        }
+    }
+}
+
+pub(super) fn number_of(value: &Value, part: &str) -> Result<f64, String> {
     match value {
         Value::Parts(parts) => {
             parts.get(part).map_or_else(|| Err(format!("{part} is missing")), Value::num)

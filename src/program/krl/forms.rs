@@ -1,6 +1,7 @@
 //! Data of inline forms, which BAS reads: PDAT_ACT, LDAT_ACT, FDAT_ACT.
 
 use super::run::Run;
+use super::turns::Turns;
 use super::value::{Value, part};
 
 /// Of what a form states.
@@ -16,6 +17,31 @@ impl Run<'_> {
             Value::Unknown(why) => Err(format!("{name}.VEL is not known: {why}")),
             _ => Err(format!("{name} is no structure")),
         }
+    }
+
+    /// How the tool turns by LDAT_ACT (bas.src, CP_DAT).
+    pub(super) fn turns_of_form(&mut self) {
+        self.turns = self.usual_turns();
+        match self.datum("ldat_act") {
+            Value::Parts(form) => {
+                form.get("ori_typ").into_iter().for_each(|own| self.turns.set_type(own));
+                form.get("circ_typ").into_iter().for_each(|own| self.turns.set_arc(own));
+            }
+            unknown => {
+                self.turns.set_type(&unknown);
+                self.turns.set_arc(&unknown);
+            }
+        }
+    }
+
+    /// #VAR and DEF_CIRC_TYP, which is #BASE where no file declares it.
+    pub(super) fn usual_turns(&mut self) -> Turns {
+        let mut turns = Turns::default();
+        match self.datum("def_circ_typ") {
+            Value::Unknown(_) => {}
+            own => turns.set_arc(&own),
+        }
+        turns
     }
 
     /// The program states its tool or its base beside the inline form, which need not be known

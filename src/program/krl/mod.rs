@@ -10,6 +10,7 @@ mod calls;
 mod cursor;
 mod eval;
 mod forms;
+mod frames;
 mod hints;
 mod interrupts;
 mod lexer;

@@ -5,18 +5,17 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3};
 
 use super::forms::{BASE, TOOL};
-use super::run::Run;
+use super::run::{OfWorld, Run};
 use super::shares::Shares;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
 use super::turns::Turns;
-use super::value::{AXES, Parts, Sort, Value, base, frame, part};
+use super::value::{AXES, Parts, Value, base, frame, part};
 use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Load, Target, Turning};
 use crate::notes::Code;
-use crate::program::cell::{base_frame, of_job_tcp, tool_frame};
-use crate::program::log::States;
+use crate::program::Pace;
+use crate::program::log::{States, Tool};
 use crate::program::spindle_names::is_spindles;
-use crate::program::{Pace, tool_number};
 use crate::units::{rad_from_deg, ratio_from_percent};
 
 /// LOAD_DATA of a controller.
@@ -26,7 +25,7 @@ const LOADS: usize = 16;
 type Kept = (
     (Option<f64>, Shares, [Option<f64>; 2]),
     Turns,
-    (Isometry3<f64>, Isometry3<f64>, Option<String>),
+    ((Isometry3<f64>, Option<Tool>), (Isometry3<f64>, Option<String>, Option<OfWorld>)),
     Option<(String, [bool; 2])>,
     Option<Arc<Load>>,
 );
@@ -80,32 +79,6 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// `$TOOL=TOOL_DATA[2]`, `$BASE=BASE_DATA[1]`: frames that the job may give by number; whether
-    /// it is one.
-    fn set_numbered(&mut self, line: usize, path: &Path, expr: &'a Expr) -> bool {
-        let Expr::Ref(from) = expr else { return false };
-        let ([index], [], []) = (&*from.indices, &*from.fields, &*path.fields) else {
-            return false;
-        };
-        let number = self.eval(index).num();
-        let set = match (path.name.as_str(), from.name.as_str()) {
-            ("$tool", "tool_data") => {
-                self.states(TOOL);
-                number.and_then(|n| self.take_tool(n))
-            }
-            ("$base", "base_data") => {
-                self.states(BASE);
-                number.and_then(|n| self.base_frame(n)).map(|frame| self.chooses_base(frame))
-            }
-            _ => return false,
-        };
-        if let Err(why) = set {
-            let shown = path.name.to_uppercase();
-            self.log.error(Code::Motion, line, format!("{shown}: {why}"));
-        }
-        true
-    }
-
     /// System variables that motion depends on; whether it is one.
     fn set_motion(&mut self, line: usize, path: &'a Path, value: &Value) -> Result<bool, String> {
         let field = path.fields.first().map(String::as_str);
@@ -152,9 +125,8 @@ impl<'a> Run<'a> {
                 let frame = self.own_base(line, value)?;
                 self.chooses_base(frame);
             }
-            ("$tool" | "$base", Some(_)) => {
-                return Err("components of frames are set one by one, which is not read".into());
-            }
+            ("$tool", Some(field)) => self.tcp = self.with_component(TOOL, field, value)?,
+            ("$base", Some(field)) => self.base = self.with_component(BASE, field, value)?,
             ("$load", None) => self.set_load(line, value),
             ("$load" | "$load_a1" | "$load_a2" | "$load_a3", _) => {
                 let what = format!(
@@ -223,96 +195,8 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn own_tool(&mut self, line: usize, value: &Value) -> Result<Isometry3<f64>, String> {
-        let own = frame(value.parts()?)?;
-        if own == Isometry3::identity() {
-            self.told_of_flange(line);
-            return Ok(self.settings.tcp.unwrap_or_default());
-        }
-        if self.settings.tcp.is_some() {
-            let what = "the program declares its tool: the job's tcp is not used there";
-            self.log.warning(Code::FrameFromProgram, line, what);
-        }
-        Ok(own)
-    }
-
-    fn own_base(&mut self, line: usize, value: &Value) -> Result<Isometry3<f64>, String> {
-        let own = frame(value.parts()?)?;
-        if self.settings.work_object.is_some() {
-            let what = "the program declares its base: the job's work_object is not used there";
-            self.log.warning(Code::FrameFromProgram, line, what);
-        }
-        Ok(own)
-    }
-
-    /// TOOL_DATA[n] of the files, else of the job.
-    pub(super) fn tool_frame(&mut self, number: f64) -> Result<Isometry3<f64>, String> {
-        match self.datum(&format!("tool_data[{number}]")) {
-            Value::Parts(parts) if number > 0.0 => frame(&parts),
-            _ => tool_frame(self.settings, number, "TOOL_DATA"),
-        }
-    }
-
-    /// To the controller $NULLFRAME and tool 0 are the flange.
-    fn told_of_flange(&mut self, line: usize) {
-        if self.settings.tcp.is_some_and(|tcp| tcp != Isometry3::identity()) {
-            let what = "the program has no tool here ($NULLFRAME): the job's tcp is taken for it";
-            self.log.warning(Code::Assumed, line, what);
-        }
-    }
-
-    fn take_tool(&mut self, number: f64) -> Result<(), String> {
-        self.tcp = self.tool_frame(number)?;
-        if number == 0.0 && !self.settings.tool_frames.contains_key(&0) {
-            self.told_of_flange(self.line);
-        }
-        let of_file = self.globals.get(&format!("tool_data[{number}]"));
-        let is_of_file = matches!(of_file, Some(Value::Parts(_)));
-        let of_job = tool_number(number).ok().filter(|_| !is_of_file);
-        self.log.tcp_of(of_job.and_then(|number| of_job_tcp(self.settings, number)));
-        Ok(())
-    }
-
-    /// BASE_DATA[n]: only what moves in it must know where it is.
-    pub(super) fn chooses_base_number(&mut self, number: f64) {
-        self.acts("$act_base", number);
-        match self.base_frame(number) {
-            Ok(frame) => self.chooses_base(frame),
-            Err(why) => self.no_base = Some(why),
-        }
-    }
-
-    /// The number of the tool or the base that the basic package has chosen (bas.src, TOOL and
-    /// BASE).
-    fn acts(&mut self, key: &str, number: f64) {
-        self.globals.insert(key.to_owned(), Value::Num(number, None, Sort::Whole));
-    }
-
-    fn chooses_base(&mut self, frame: Isometry3<f64>) {
-        self.base = frame;
-        self.no_base = None;
-    }
-
-    pub(super) fn base_frame(&mut self, number: f64) -> Result<Isometry3<f64>, String> {
-        match self.datum(&format!("base_data[{number}]")) {
-            Value::Parts(parts) if number > 0.0 => frame(&parts),
-            _ => base_frame(self.settings, number, "BASE_DATA"),
-        }
-    }
-
-    pub(super) fn choose_tool(&mut self, line: usize, number: f64) -> Result<(), String> {
-        self.take_tool(number)?;
-        self.acts("$act_tool", number);
-        // A tool whose load no file gives says nothing of it.
-        match self.datum(&format!("load_data[{number}]")) {
-            Value::Unknown(_) => self.log.load(None),
-            load => self.set_load(line, &load),
-        }
-        Ok(())
-    }
-
     /// $LOAD: mass, centre of mass and axes of inertia in the flange, moments.
-    fn set_load(&mut self, line: usize, value: &Value) {
+    pub(super) fn set_load(&mut self, line: usize, value: &Value) {
         let load = value.parts().map(|parts| load_of(parts, line));
         if let Err(why) = &load {
             let what = format!("what the arm carries is not known: $LOAD: {why}");
@@ -346,6 +230,7 @@ impl<'a> Run<'a> {
                 self.frames_of_form(line)
             }
             "cp_params" => {
+                self.turns_of_form();
                 self.set_basic_velocity(line, number)?;
                 self.frames_of_form(line)
             }
@@ -360,10 +245,7 @@ impl<'a> Run<'a> {
             },
             "cp_dat" => {
                 let velocity = self.velocity_of_form("ldat_act")?;
-                if let Value::Parts(form) = self.datum("ldat_act") {
-                    form.get("ori_typ").into_iter().for_each(|own| self.turns.set_type(own));
-                    form.get("circ_typ").into_iter().for_each(|own| self.turns.set_arc(own));
-                }
+                self.turns_of_form();
                 self.set_basic_velocity(line, &velocity)
             }
             "frames" => self.frames_of_form(line),
@@ -371,15 +253,16 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The basic package runs no path faster than DEF_VEL_CP, and slows others by DEF_VEL_FACT
-    /// (bas.src, VEL_CP), where a file declares them.
+    /// The basic package slows what is within its limit by DEF_VEL_FACT (bas.src, VEL_CP), where a
+    /// file declares it.
     fn set_basic_velocity(&mut self, line: usize, value: &Value) -> Result<(), String> {
-        let asked = value.num()?;
-        let limit = self.datum("def_vel_cp").num().ok().filter(|limit| *limit > 0.0);
-        let factor = self.velocity_factor();
-        match limit.filter(|limit| asked > *limit).unwrap_or(asked * factor) {
-            run if run == asked => self.set_velocity(line, value),
-            run => self.set_velocity(line, &Value::real(run)),
+        let allowed = self.basic_velocity(line, value)?;
+        let (asked, run) = (value.num()?, allowed.num()?);
+        match self.velocity_factor() {
+            factor if run == asked && factor != 1.0 => {
+                self.set_velocity(line, &Value::real(asked * factor))
+            }
+            _ => self.set_velocity(line, &allowed),
         }
     }
 
@@ -388,22 +271,16 @@ impl<'a> Run<'a> {
     }
 
     /// #INITMOV: joints at full speed, DEF_VEL_CP, the world as the base, and tool 1 where it is
-    /// known. A job that gives a work object means it for the base that no line of the program
-    /// sets.
+    /// known. A job that gives a work object may mean it for the base that no line of the program
+    /// sets: what moves in it tells so.
     fn initialise(&mut self, line: usize) -> Result<(), String> {
-        self.shares = Shares::of_all(100.0)?;
+        self.set_basic_share(line, &Value::real(100.0))?;
         let factor = self.velocity_factor();
         self.velocity = self.datum("def_vel_cp").num().ok().map(|velocity| velocity * factor);
         self.turning = ["def_vel_ori1", "def_vel_ori2"]
             .map(|key| self.datum(key).num().ok().map(rad_from_deg));
-        if self.settings.work_object.is_some() {
-            let what = "BAS(#INITMOV) makes $WORLD the base, which the job's work_object is taken \
-                        to be";
-            self.log.warning(Code::Assumed, line, what);
-        }
-        let world = self.settings.base_frames.get(&0).or(self.settings.work_object.as_ref());
-        self.chooses_base(world.copied().unwrap_or_default());
-        self.turns = Turns::default();
+        self.starts_in_world();
+        self.turns = self.usual_turns();
         self.unknown_form = None;
         // Where there is none the robot has its flange until it is told another.
         match self.take_tool(1.0) {
@@ -484,13 +361,17 @@ impl<'a> Run<'a> {
     /// What WITH may set for a motion.
     fn kept(&self) -> Kept {
         let speeds = (self.velocity, self.shares, self.turning);
-        let frames = (self.tcp, self.base, self.no_base.clone());
+        let tool = (self.tcp, self.log.tool_of_tcp());
+        let frames = (tool, (self.base, self.no_base.clone(), self.of_world));
         (speeds, self.turns, frames, self.unknown_form.clone(), self.log.carried())
     }
 
     fn keep(&mut self, kept: Kept) {
-        let (speeds, load);
-        (speeds, self.turns, (self.tcp, self.base, self.no_base), self.unknown_form, load) = kept;
+        let (speeds, tool, base, load);
+        (speeds, self.turns, (tool, base), self.unknown_form, load) = kept;
+        (self.base, self.no_base, self.of_world) = base;
+        self.tcp = tool.0;
+        self.log.tcp_of(tool.1);
         self.log.load(load.as_ref());
         (self.velocity, self.shares, self.turning) = speeds;
     }
@@ -520,7 +401,7 @@ impl<'a> Run<'a> {
         let is_home = path.name.starts_with("xhome") || path.name.starts_with("home");
         let is_unknown = is_home && matches!(self.read(path), Value::Unknown(_));
         if is_unknown {
-            self.joints = None;
+            (self.joints, self.has_left) = (None, true);
             self.log.leaves(line, &format!("PTP {}", path.name.to_uppercase()));
         }
         is_unknown
@@ -544,7 +425,9 @@ impl<'a> Run<'a> {
             let pace = self.joint_pace(line);
             self.log.configure(None);
             let q = self.external.joints(&q.map(rad_from_deg))?;
+            let tip = self.settings.tip_at.as_ref().and_then(|tip| tip.at(&q));
             self.log.motion(line, Target::Joints(q), self.tcp, pace);
+            tip.into_iter().for_each(|tip| self.log.stands_at(tip, self.tcp));
             return Ok(());
         }
         if let Some((why, _)) = &self.unknown_form {

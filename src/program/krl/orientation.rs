@@ -17,8 +17,9 @@ impl<'a> Run<'a> {
         match (self.turns.on_lines, last) {
             (OnLines::Not, Some(last)) => Isometry3::from_parts(end.translation, last.rotation),
             (OnLines::Not | OnLines::Unread, last) if last.is_none_or(turns) => {
-                let what = "$ORI_TYPE is not #VAR, and how the tool stands at the end is not \
-                            known: it is taken to turn to the orientation of the target";
+                let what = "$ORI_TYPE is not #VAR, or of an LDAT that is not known, and how the \
+                            tool stands at the end is not known: it is taken to turn to the \
+                            orientation of the target";
                 self.log.warning(Code::AxisIgnored, line, what);
                 end
             }
@@ -29,7 +30,8 @@ impl<'a> Run<'a> {
     /// Tells of an arc with which the tool turns.
     pub(super) fn doubt_arc(&mut self, line: usize) {
         if self.turns.with_arc {
-            let what = "$CIRC_TYPE is not #BASE: that the tool turns with the arc is not read";
+            let what = "$CIRC_TYPE is not #BASE, or of an LDAT that is not known: that the tool \
+                        turns with the arc is not read";
             self.log.warning(Code::AxisIgnored, line, what);
         }
     }

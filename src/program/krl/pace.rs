@@ -5,7 +5,10 @@ use super::shares::Shares;
 use super::value::Value;
 use crate::notes::Code;
 use crate::program::Pace;
-use crate::units::percent_from_ratio;
+use crate::units::{percent_from_ratio, ratio_from_percent};
+
+/// No robot of KUKA's has more along a path as it is delivered ($VEL_MA.CP).
+const LARGEST_M_PER_S: f64 = 3.0;
 
 impl Run<'_> {
     pub(super) fn set_joint_share(&mut self, value: &Value) -> Result<(), String> {
@@ -13,23 +16,43 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Beyond 100 % the basic package takes DEF_VEL_PTP (bas.src, VEL_PTP).
     pub(super) fn set_basic_share(&mut self, line: usize, value: &Value) -> Result<(), String> {
+        let share = self.basic_share(line, value)?;
+        self.set_joint_share(&share)
+    }
+
+    /// What the basic package makes of the joints' speed, %: a share of DEF_VEL_PTP, and never more
+    /// (bas.src, VEL_PTP and SVEL_JOINT).
+    pub(super) fn basic_share(&mut self, line: usize, value: &Value) -> Result<Value, String> {
         let percent = value.num()?;
-        if percent <= 100.0 {
-            return self.set_joint_share(value);
-        }
         match self.datum("def_vel_ptp") {
+            Value::Unknown(_) if percent <= 100.0 => Ok(Value::real(percent)),
             Value::Unknown(_) => {
                 let what = format!(
                     "the joints' speed is {percent} %: the controller takes DEF_VEL_PTP, which is \
                      in no file that is read; 100 % is assumed"
                 );
                 self.log.warning(Code::ChangeIgnored, line, what);
-                self.set_joint_share(&Value::real(100.0))
+                Ok(Value::real(100.0))
             }
-            own => self.set_joint_share(&own),
+            own => Ok(Value::real(ratio_from_percent(own.num()? * percent.min(100.0)))),
         }
+    }
+
+    /// What the basic package makes of the speed along a path, m/s: no more than DEF_VEL_CP
+    /// (bas.src, VEL_CP and SVEL_CP).
+    pub(super) fn basic_velocity(&mut self, line: usize, value: &Value) -> Result<Value, String> {
+        let asked = value.num()?;
+        let limit = self.datum("def_vel_cp").num().ok().filter(|limit| *limit > 0.0);
+        if limit.is_none() && asked > LARGEST_M_PER_S {
+            let what = format!(
+                "the speed along the path is {asked} m/s: the controller takes DEF_VEL_CP, which \
+                 is in no file that is read; {LARGEST_M_PER_S} m/s is assumed"
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
+        let limit = limit.unwrap_or(LARGEST_M_PER_S);
+        Ok(if asked > limit { Value::real(limit) } else { value.clone() })
     }
 
     pub(super) fn joint_pace(&mut self, line: usize) -> Pace {

@@ -23,7 +23,15 @@ pub(super) fn parse(text: &str, file: &mut File, number: usize, names: &HashMap<
     for tokens in lines.iter_mut().filter_map(|line| line.tokens.as_mut().ok()) {
         rename(tokens, names);
     }
-    let mut parser = Parser { lines, file: number, at: 0, depth: 0, count: 0, signals: Vec::new() };
+    let mut parser = Parser {
+        lines,
+        file: number,
+        at: 0,
+        depth: 0,
+        count: 0,
+        signals: Vec::new(),
+        components: Vec::new(),
+    };
     while let Some(line) = parser.lines.get(parser.at) {
         let number = line.number;
         match line.first() {
@@ -61,6 +69,9 @@ pub(super) fn parse(text: &str, file: &mut File, number: usize, names: &HashMap<
     }
     file.statement_count += parser.count;
     parser.signals.into_iter().for_each(|(name, outputs)| file.signals.add(name, outputs));
+    for (name, declared) in parser.components {
+        file.components.entry(name).or_default().push(declared);
+    }
 }
 
 struct Parser {
@@ -71,6 +82,7 @@ struct Parser {
     depth: usize,
     count: usize,
     signals: Vec<(String, Outputs)>,
+    components: Vec<(String, Type)>,
 }
 
 impl Parser {
@@ -161,6 +173,10 @@ impl Parser {
         let mut cursor = Cursor::new(&tokens);
         self.at += 1;
         match first.as_str() {
+            "struc" | "global" if tokens.iter().take(2).any(|token| is_word(token, &["struc"])) => {
+                self.components.extend(components(&tokens));
+                Ok(What::Call("struc".to_owned(), Vec::new()))
+            }
             // `GLOBAL INT N`.
             "decl" | "global" => {
                 let what = cursor.declaration()?;
@@ -309,6 +325,28 @@ impl Parser {
 
 fn is_word(token: &Kind, words: &[&str]) -> bool {
     matches!(token, Kind::Word(word) if words.contains(&word.as_str()))
+}
+
+/// The components of `[GLOBAL] STRUC T1 FRAME F,G[3],INT K`, with their types.
+fn components(tokens: &[Kind]) -> Vec<(String, Type)> {
+    let behind = tokens.iter().skip_while(|token| !is_word(token, &["struc"])).skip(2);
+    let behind: Vec<&Kind> = behind.collect();
+    let (mut found, mut declared) = (Vec::new(), Type::Other);
+    for part in behind.split(|token| **token == Kind::Symbol(",")) {
+        let name = match part {
+            [Kind::Word(own), Kind::Word(name), ..] => {
+                declared = Type::named(own);
+                name
+            }
+            [Kind::Word(name), ..] => name,
+            // The second number of an array.
+            _ => continue,
+        };
+        // Data of that name may have another in this file, which no component has.
+        let name = name.split(' ').next().unwrap_or(name);
+        found.push((name.to_owned(), declared));
+    }
+    found
 }
 
 /// `[GLOBAL] INTERRUPT DECL n WHEN … DO …`, `INTERRUPT ON n`, `INTERRUPT OFF n`.

@@ -10,7 +10,8 @@ use super::turns::Turns;
 use super::value::{Sort, Type, Value, base, unset};
 use super::walk::{expressions, functions_in};
 use super::words::{
-    MAY_SET, fills, is_harmless, is_own_function, is_without_effect, sounds_like_motion,
+    BEHIND_MOVE, MAY_SET, fills, is_harmless, is_own_function, is_without_effect,
+    sounds_like_motion,
 };
 use crate::notes::Code;
 use crate::program::Settings;
@@ -56,6 +57,12 @@ pub(super) enum Flow {
     /// The program ends.
     Halt,
 }
+
+/// What is told of a move whose coordinates count in $WORLD.
+pub(super) type OfWorld = (Code, &'static str);
+
+/// Base and tool, and why they are not known.
+type AskedIn = (Isometry3<f64>, Isometry3<f64>, Option<String>, Option<(String, [bool; 2])>);
 
 /// A datum that something beside the program may set at any time.
 #[derive(PartialEq)]
@@ -107,6 +114,12 @@ pub(super) struct Run<'a> {
     pub(super) base: Isometry3<f64>,
     /// Why the base that the program has chosen is not known.
     pub(super) no_base: Option<String>,
+    /// What is to be told of moves in the base, where that is $WORLD.
+    pub(super) of_world: Option<OfWorld>,
+    /// Base and tool where the program has first asked for what the job assumes of the position.
+    pub(super) asked_in: Option<AskedIn>,
+    /// Whether the robot may have left the place where it stood before the program.
+    pub(super) has_left: bool,
     /// $VEL.CP, m/s.
     pub(super) velocity: Option<f64>,
     /// $VEL.ORI1 and $VEL.ORI2, rad/s.
@@ -160,6 +173,9 @@ impl<'a> Run<'a> {
             tcp: settings.tcp.unwrap_or_default(),
             base: settings.work_object.unwrap_or_default(),
             no_base: None,
+            of_world: None,
+            asked_in: None,
+            has_left: false,
             velocity: None,
             turning: [None; 2],
             shares: Shares::default(),
@@ -487,11 +503,14 @@ impl<'a> Run<'a> {
 
     fn decides(&mut self, line: usize, keyword: &str, why: &str) {
         self.is_way_open = true;
-        let hint = match why.contains(MAY_SET) {
-            true => "path.program.files in the job can name its file",
-            false => "assume: in the job can settle it",
+        let hint = match why {
+            _ if why.contains("assume: ") => "",
+            _ if why.contains(MAY_SET) || why.contains(BEHIND_MOVE) => {
+                "; path.program.files in the job can name its file"
+            }
+            _ => "; assume: in the job can settle it",
         };
-        let what = format!("{keyword} decides about motion at run time: {why}; {hint}");
+        let what = format!("{keyword} decides about motion at run time: {why}{hint}");
         self.log.error(Code::Motion, line, what);
     }
 

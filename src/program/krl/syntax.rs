@@ -135,6 +135,8 @@ pub(super) struct File {
     /// Data lists: what is set before the program runs.
     pub(super) data: Block,
     pub(super) signals: Signals,
+    /// Of STRUC: the types that components of a name have.
+    pub(super) components: HashMap<String, Vec<Type>>,
     pub(super) statement_count: usize,
     pub(super) is_cut: Option<usize>,
 }

@@ -26,6 +26,7 @@ impl Run<'_> {
         if let Some(why) = &self.no_base {
             return Err(why.clone());
         }
+        self.tell_of_world();
         let is_relative = motion.is_relative;
         let is_whole = FRAME.iter().all(|name| parts.contains_key(*name));
         let is_away = self.log.is_away();

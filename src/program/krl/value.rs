@@ -20,11 +20,14 @@ pub(super) enum Sort {
     Open,
 }
 
-/// What a declaration says of numbers.
+/// What a declaration says of numbers, and of the components that a position keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Type {
     Int,
     Real,
+    Frame,
+    Pos,
+    Axis,
     Other,
 }
 
@@ -34,7 +37,20 @@ impl Type {
         match name {
             "int" => Self::Int,
             "real" => Self::Real,
+            "frame" => Self::Frame,
+            "pos" => Self::Pos,
+            "axis" => Self::Axis,
             _ => Self::Other,
+        }
+    }
+
+    /// Whether its data have a component of this name.
+    fn has(self, component: &str) -> bool {
+        match self {
+            Self::Frame => FRAME.contains(&component),
+            Self::Pos => FRAME.contains(&component) || matches!(component, "s" | "t"),
+            Self::Axis => AXES.contains(&component),
+            Self::Int | Self::Real | Self::Other => true,
         }
     }
 }
@@ -85,6 +101,10 @@ impl Value {
                     return Self::unknown(format!("{number} is beyond what an INT holds"));
                 }
                 Self::Num(rounded, span.filter(|_| rounded == number), Sort::Whole)
+            }
+            (Self::Parts(mut parts), Some(declared)) => {
+                parts.retain(|name, _| declared.has(name));
+                Self::Parts(parts)
             }
             (value, _) => value,
         }

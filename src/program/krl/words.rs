@@ -3,6 +3,10 @@
 /// Behind the name of a routine: why what it may set is not known.
 pub(super) const MAY_SET: &str = "is in no file that is read and may set it";
 
+/// Behind "the robot's position": why the job cannot assume it.
+pub(super) const BEHIND_MOVE: &str =
+    "behind a move to a place that no file gives is known only at run time";
+
 /// Lines that begin so neither move nor change anything that is read here.
 pub(super) fn is_harmless_keyword(word: &str) -> bool {
     const HARMLESS: [&str; 24] = [

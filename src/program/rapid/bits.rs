@@ -56,7 +56,7 @@ pub(super) fn call(key: &str, args: &[Value], has_options: bool) -> Option<Resul
     };
     Some(value.map(|value| match own {
         "bitcheck" => Value::Bool(value == 1),
-        _ => Value::Num(value as f64),
+        _ => Value::Num((value as f64).into()),
     }))
 }
 
@@ -85,6 +85,7 @@ impl<'a> Interpreter<'a> {
         let bits = if is_dnum { DNUM_BITS } else { BYTE_BITS };
         let bit = 1 << (places(place?, bits)? - 1);
         let value = whole(self.read(path).num()?, bits)?;
-        Ok(Value::Num(if is_set { value | bit } else { value & !bit } as f64))
+        let value = if is_set { value | bit } else { value & !bit };
+        Ok(Value::Num((value as f64).into()))
     }
 }

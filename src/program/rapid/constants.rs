@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::number::Number;
 use super::value::{Value, load0};
 
 /// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
@@ -49,6 +50,14 @@ const NUMBERS: [(&str, f64); 32] = [
     ("run_step_move", 5.0),
 ];
 
+/// Sets of characters for functions of strings, by names in lower case.
+const CHARACTERS: [(&str, &str); 4] = [
+    ("str_digit", "0123456789"),
+    ("str_upper", "ABCDEFGHIJKLMNOPQRSTUVWXYZÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÐÑÒÓÔÕÖØÙÚÛÜÝÞ"),
+    ("str_lower", "abcdefghijklmnopqrstuvwxyzàáâãäåæçèéêëìíîïðñòóôõöøùúûüýþßÿ"),
+    ("str_white", " "),
+];
+
 /// Stop points: in position, by per cent of a fine point.
 const IN_POSITION: [(&str, f64); 3] = [("inpos20", 20.0), ("inpos50", 50.0), ("inpos100", 100.0)];
 
@@ -79,14 +88,22 @@ pub(super) fn predefined(key: &str) -> Option<(Value, &'static str)> {
         "fine" => (Value::List(vec![Value::Bool(true)]), "zonedata"),
         "vmax" => (speed(VMAX_MM_PER_S), "speeddata"),
         "stempty" => (Value::Text(Rc::from("")), "string"),
-        _ => return of_number(key).or_else(|| of_speed(key)).or_else(of_stop),
+        _ => {
+            let found = of_number(key).or_else(|| of_characters(key));
+            return found.or_else(|| of_speed(key)).or_else(of_stop);
+        }
     };
     Some(found)
 }
 
 fn of_number(key: &str) -> Option<(Value, &'static str)> {
     let number = NUMBERS.iter().find(|(name, _)| *name == key)?.1;
-    Some((Value::Num(number), "num"))
+    Some((Value::Num(Number::of(number)), "num"))
+}
+
+fn of_characters(key: &str) -> Option<(Value, &'static str)> {
+    let characters = CHARACTERS.iter().find(|(name, _)| *name == key)?.1;
+    Some((Value::Text(Rc::from(characters)), "string"))
 }
 
 fn of_speed(key: &str) -> Option<(Value, &'static str)> {
@@ -114,14 +131,15 @@ fn stop_point_data(key: &str) -> Option<Value> {
         _ => return None,
     };
     let max_s = if share > 0.0 { 2.0 } else { 0.0 };
+    let number = |number: f64| Value::Num(Number::of(number));
     Some(Value::List(vec![
-        Value::Num(kind),
+        number(kind),
         Value::Bool(kind == 1.0),
         Value::nums(&[share, share, 0.0, max_s]),
-        Value::Num(times[0]),
-        Value::Num(times[1]),
+        number(times[0]),
+        number(times[1]),
         Value::Text(Rc::from("")),
-        Value::Num(0.0),
-        Value::Num(0.0),
+        number(0.0),
+        number(0.0),
     ]))
 }

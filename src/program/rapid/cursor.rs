@@ -81,7 +81,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// What a word names here.
-    fn named(&self, word: &str) -> Name {
+    pub(super) fn named(&self, word: &str) -> Name {
         let own = self.renamed.get(&self.module).filter(|_| !self.names_part);
         let name = named(word, own);
         if self.own.contains(&word.to_lowercase()) { Name::new(word) } else { name }

@@ -5,14 +5,15 @@ use super::constants::{predefined, stop_point};
 use super::functions::{self, Given};
 use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
+use super::number::Number;
 use super::outputs::WHOLE;
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
+use super::texts;
 use super::value::{
     Value, field, from_orientation, initial, initial_array, orientation, position, within_depth,
     within_size,
 };
 use super::walk::{functions_of, statements_in};
-use crate::program::single;
 
 /// Where a datum lives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +27,8 @@ struct Place<'a> {
     scope: Scope,
     key: &'a str,
     way: Vec<usize>,
+    /// Type of the part, or of elements of an array.
+    kind: &'a str,
 }
 
 impl<'a> Interpreter<'a> {
@@ -41,7 +44,7 @@ impl<'a> Interpreter<'a> {
 
     fn eval_inside(&mut self, expr: &'a Expr) -> Value {
         match expr {
-            Expr::Number(number, _) => Value::Num(*number),
+            Expr::Number(number, _) => Value::Num(Number::of(*number)),
             Expr::Text(text) => known(Value::text(text)),
             Expr::Bool(value) => Value::Bool(*value),
             Expr::List(items) => known(self.list(items)),
@@ -52,11 +55,11 @@ impl<'a> Interpreter<'a> {
                 Value::List(items) => known(
                     items
                         .iter()
-                        .map(|item| item.num().map(|x| Value::Num(-x)))
+                        .map(|item| item.number().map(|x| Value::Num(x.negated())))
                         .collect::<Result<Vec<_>, _>>()
                         .map(Value::List),
                 ),
-                value => known(value.num().map(|x| Value::Num(-x))),
+                value => known(value.number().map(|x| Value::Num(x.negated()))),
             },
             Expr::Binary(operator, left, right) => self.binary(*operator, left, right),
             Expr::TwoWays(ways) => self.either_way(ways),
@@ -75,7 +78,7 @@ impl<'a> Interpreter<'a> {
         let second = self.eval(right);
         self.guarded -= usize::from(is_guard);
         let divides = matches!(operator, Operator::Over | Operator::Div | Operator::Mod);
-        if divides && second == Value::Num(0.0) {
+        if divides && second.num() == Ok(0.0) {
             self.stops_at("division by zero", vec![right]);
         }
         known(binary(operator, &first, &second).and_then(functions::finite))
@@ -114,9 +117,9 @@ impl<'a> Interpreter<'a> {
         let signal = self.signal_of(&path.name);
         if !std::ptr::eq(signal, &path.name) {
             let known = self.output(&signal.key).or_else(|| self.assumed(&signal.key));
-            return known.unwrap_or_else(|| Value::unknown(undeclared(signal)));
+            return known.unwrap_or_else(|| Value::unknown(self.why_undeclared(signal)));
         }
-        let Place { scope, key, way } = match self.place(path) {
+        let Place { scope, key, way, kind } = match self.place(path) {
             Ok(place) => place,
             Err(why) => {
                 let known = self.predefined_part(path);
@@ -125,7 +128,11 @@ impl<'a> Interpreter<'a> {
                 self.doubt_late(&path.name.key, &path.name);
                 let own = || self.assigned.get(path.name.key.as_str()).cloned();
                 let known = known.or_else(|| own().filter(|_| path.is_whole()));
-                return known.unwrap_or(Value::unknown(why));
+                let is_declared = self.is_declared(&path.name.key);
+                return known.unwrap_or_else(|| match is_declared {
+                    true => Value::unknown(why),
+                    false => Value::unknown(self.why_undeclared(&path.name)),
+                });
             }
         };
         if scope == Scope::Module {
@@ -151,7 +158,10 @@ impl<'a> Interpreter<'a> {
                 _ => return Value::unknown(format!("'{}' has no parts", path.name.shown)),
             };
         }
-        let found = value.clone();
+        let found = match value {
+            Value::Num(number) => Value::Num(number.stored(kind == "dnum")),
+            value => value.clone(),
+        };
         self.keep_own_value(&path.name, &found);
         if scope == Scope::Module {
             self.doubt_trapped(key, &path.name, &found);
@@ -165,7 +175,7 @@ impl<'a> Interpreter<'a> {
         if let Err(why) = &place {
             self.lose_elements(path, why);
         }
-        let Place { scope, key, way } = place?;
+        let Place { scope, key, way, .. } = place?;
         if scope == Scope::Module {
             self.doubt_order(key, &path.name);
         }
@@ -293,7 +303,7 @@ impl<'a> Interpreter<'a> {
                 }
             }
         }
-        Ok(Place { scope, key, way })
+        Ok(Place { scope, key, way, kind })
     }
 
     /// The datum of a module, or the part of one, that a routine may set by this argument.
@@ -316,7 +326,7 @@ impl<'a> Interpreter<'a> {
     }
 
     fn index(&mut self, index: &'a Expr, of: &Name) -> Result<usize, String> {
-        let number = self.eval(index).num()?;
+        let number = self.eval(index).number()?.index()?;
         if number < 1.0 && number.fract() == 0.0 {
             self.stops_at(&format!("index {number} of '{}'", of.shown), vec![index]);
         }
@@ -496,8 +506,19 @@ impl<'a> Interpreter<'a> {
         if let Some(what) = functions::undefined(&name.key, &positional) {
             self.stops_at(&format!("{}: {what}", name.shown), args.positional.iter().collect());
         }
+        if name.key == "strtoval"
+            && let Some(value) = self.value_of_text(args, &positional)
+        {
+            return value;
+        }
+        if name.key == "valtostr"
+            && let Some(why) = self.why_no_text(args, &positional)
+        {
+            return Value::unknown(format!("{}: {why}", name.shown));
+        }
         let given = Given { positional: &positional, optional: &options };
-        match functions::call(&name.key, &given) {
+        let found = texts::call(&name.key, &given);
+        match found.or_else(|| functions::call(&name.key, &given)) {
             Some(Ok(value)) => value,
             Some(Err(why)) => Value::unknown(format!("{}: {why}", name.shown)),
             None => {
@@ -509,6 +530,11 @@ impl<'a> Interpreter<'a> {
                 given.unwrap_or_else(|| Value::unknown(self.why_unknown(name, args)))
             }
         }
+    }
+
+    /// Why a name that no file declares has no value.
+    fn why_undeclared(&self, name: &Name) -> String {
+        self.why_lost(name).unwrap_or_else(|| undeclared(name))
     }
 
     /// A datum of the routine that runs.
@@ -532,7 +558,7 @@ fn named_stop_point(value: Value, expr: &Expr) -> Value {
                 (parts.first_mut(), given.first())
                 && let Some(number) = stop_point(&path.name.key)
             {
-                *kind = Value::Num(number);
+                *kind = Value::Num(Number::of(number));
             }
             Value::List(parts)
         }
@@ -564,7 +590,7 @@ fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, Stri
         O::Equal => equal(left, right).map(Value::Bool),
         O::Unequal => equal(left, right).map(|same| Value::Bool(!same)),
         O::Less | O::LessOrEqual | O::Greater | O::GreaterOrEqual => {
-            let order = single::order(left.num()?, right.num()?)?;
+            let order = left.number()?.order(right.number()?)?;
             let is_so = match operator {
                 O::Less => order.is_lt(),
                 O::LessOrEqual => order.is_le(),
@@ -591,9 +617,9 @@ pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
         }
         // A signal that is TRUE is 1.
         (Value::Bool(truth), Value::Num(number)) | (Value::Num(number), Value::Bool(truth)) => {
-            Ok(*number == f64::from(u8::from(*truth)))
+            number.is_same(Number::of(f64::from(u8::from(*truth))))
         }
-        (Value::Num(left), Value::Num(right)) => single::is_same(*left, *right),
+        (Value::Num(left), Value::Num(right)) => left.is_same(*right),
         _ => Ok(left == right),
     }
 }
@@ -603,6 +629,7 @@ fn arithmetic(operator: Operator, left: &Value, right: &Value) -> Result<Value, 
         items.iter().map(apply).collect::<Result<Vec<_>, _>>().map(Value::List)
     };
     match (left, right) {
+        (Value::Unknown(why), _) | (_, Value::Unknown(why)) => Err(why.to_string()),
         (Value::Text(left), Value::Text(right)) if operator == Operator::Plus => {
             Value::text(&format!("{left}{right}"))
         }
@@ -610,12 +637,14 @@ fn arithmetic(operator: Operator, left: &Value, right: &Value) -> Result<Value, 
         (Value::List(a), Value::List(b))
             if operator == Operator::Times && a.len() == 3 && b.len() == 3 =>
         {
-            Ok(Value::nums(position(left)?.cross(&position(right)?).as_slice()))
+            let product = Value::nums(position(left)?.cross(&position(right)?).as_slice());
+            Ok(product.worked_out([left, right]))
         }
         (Value::List(a), Value::List(b))
             if operator == Operator::Times && a.len() == 4 && b.len() == 4 =>
         {
-            Ok(from_orientation(&(orientation(left)? * orientation(right)?)))
+            let product = from_orientation(&(orientation(left)? * orientation(right)?));
+            Ok(product.worked_out([left, right]))
         }
         // pos ± pos, by component; pos · num, num · pos, pos / num.
         (Value::List(left), Value::List(right))
@@ -636,18 +665,18 @@ fn arithmetic(operator: Operator, left: &Value, right: &Value) -> Result<Value, 
             each(items, &|item| arithmetic(operator, left, item))
         }
         _ => {
-            let (left, right) = (left.num()?, right.num()?);
+            let (left, right) = (left.number()?, right.number()?);
             let divides = matches!(operator, Operator::Over | Operator::Div | Operator::Mod);
-            if divides && right == 0.0 {
+            if divides && right.known()? == 0.0 {
                 return Err("division by zero".to_owned());
             }
             let result = match operator {
-                Operator::Plus => left + right,
-                Operator::Minus => left - right,
-                Operator::Times => left * right,
-                Operator::Over => left / right,
-                Operator::Div => (left / right).trunc(),
-                Operator::Mod => left % right,
+                Operator::Plus => left.with(right, |left, right| left + right),
+                Operator::Minus => left.with(right, |left, right| left - right),
+                Operator::Times => left.with(right, |left, right| left * right),
+                Operator::Over => left.with(right, |left, right| left / right),
+                Operator::Div => left.divided(right)?,
+                Operator::Mod => left.remainder(right)?,
                 _ => return Err("expected an arithmetic operator".to_owned()),
             };
             Ok(Value::Num(result))

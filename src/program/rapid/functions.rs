@@ -4,6 +4,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::bits;
+use super::number::Number;
 use super::value::{Value, from_orientation, from_pose, orientation, pose, position};
 use crate::program::functions::function;
 use crate::units::{deg_from_rad, m_from_mm, rad_from_deg};
@@ -15,15 +16,15 @@ pub(super) struct Given<'a> {
 }
 
 impl Given<'_> {
-    fn at(&self, index: usize) -> Result<&Value, String> {
+    pub(super) fn at(&self, index: usize) -> Result<&Value, String> {
         self.positional.get(index).ok_or_else(|| format!("argument {} is missing", index + 1))
     }
 
-    fn num(&self, index: usize) -> Result<f64, String> {
+    pub(super) fn num(&self, index: usize) -> Result<f64, String> {
         self.at(index)?.num()
     }
 
-    fn text(&self, index: usize) -> Result<&str, String> {
+    pub(super) fn text(&self, index: usize) -> Result<&str, String> {
         match self.at(index)? {
             Value::Text(text) => Ok(text),
             Value::Unknown(why) => Err(why.to_string()),
@@ -45,6 +46,35 @@ pub(super) fn call(key: &str, given: &Given) -> Option<Result<Value, String>> {
     let value = match key {
         "offs" => offs(given),
         "reltool" => rel_tool(given),
+        "max" | "min" => given.at(0).and_then(Value::number).and_then(|left| {
+            let larger = if key == "max" { f64::max } else { f64::min };
+            Ok(Value::Num(left.with(given.at(1)?.number()?, larger)))
+        }),
+        "abs" => given
+            .at(0)
+            .and_then(Value::number)
+            .map(|number| Value::Num(number.with(number, |number, _| number.abs()))),
+        "numtodnum" => given.at(0).and_then(Value::number).map(|own| Value::Num(own.to_dnum())),
+        "dnumtonum" => dnum_to_num(given),
+        "dim" => dim(given),
+        // Without a program displacement, which is refused, it is the point itself.
+        "orobt" => given.at(0).cloned(),
+        "round" | "rounddnum" => at_decimals(given, Number::rounded),
+        "trunc" | "truncdnum" => at_decimals(given, Number::truncated),
+        _ if key.starts_with("bit") => {
+            bits::call(key, given.positional, !given.optional.is_empty())?
+        }
+        _ => worked_out(key, given)?.map(|value| {
+            let options = given.optional.iter().map(|(_, value)| value);
+            value.worked_out(given.positional.iter().chain(options))
+        }),
+    };
+    Some(value.and_then(finite))
+}
+
+/// The same of functions that work in double: what the controller rounds is not followed.
+fn worked_out(key: &str, given: &Given) -> Option<Result<Value, String>> {
+    Some(match key {
         "posemult" => given.at(0).and_then(pose).and_then(|left| {
             let product = left * pose(given.at(1)?)?;
             Ok(Value::List(from_pose(&product).to_vec()))
@@ -59,38 +89,28 @@ pub(super) fn call(key: &str, given: &Given) -> Option<Result<Value, String>> {
         "norient" => given.at(0).and_then(normalised),
         "distance" => given.at(0).and_then(position).and_then(|from| {
             let to = position(given.at(1)?)?;
-            Ok(Value::Num((to - from).norm()))
+            Ok(Value::Num((to - from).norm().into()))
         }),
-        "vectmagn" => given.at(0).and_then(position).map(|vector| Value::Num(vector.norm())),
+        "vectmagn" => given.at(0).and_then(position).map(|vector| Value::Num(vector.norm().into())),
         "dotprod" => given
             .at(0)
             .and_then(position)
-            .and_then(|left| Ok(Value::Num(left.dot(&position(given.at(1)?)?)))),
+            .and_then(|left| Ok(Value::Num(left.dot(&position(given.at(1)?)?).into()))),
         "crossprod" => given
             .at(0)
             .and_then(position)
             .and_then(|left| Ok(Value::nums(left.cross(&position(given.at(1)?)?).as_slice()))),
-        "max" | "min" => given.num(0).and_then(|left| {
-            let right = given.num(1)?;
-            Ok(Value::Num(if key == "max" { left.max(right) } else { left.min(right) }))
-        }),
-        "strlen" => given.text(0).map(|text| Value::Num(text.chars().count() as f64)),
-        "strpart" => str_part(given),
-        "dim" => dim(given),
-        // Without a program displacement, which is refused, it is the point itself.
-        "orobt" => given.at(0).cloned(),
-        "pow" => given.num(0).and_then(|base| Ok(Value::Num(base.powf(given.num(1)?)))),
-        "atan2" => given.num(0).and_then(|y| Ok(Value::Num(deg_from_rad(y.atan2(given.num(1)?))))),
-        "round" | "trunc" => rounded(key, given),
-        _ if key.starts_with("bit") => {
-            bits::call(key, given.positional, !given.optional.is_empty())?
+        "pow" | "powdnum" => {
+            given.num(0).and_then(|base| Ok(Value::Num(base.powf(given.num(1)?).into())))
+        }
+        "atan2" | "atan2dnum" => {
+            given.num(0).and_then(|y| Ok(Value::Num(deg_from_rad(y.atan2(given.num(1)?)).into())))
         }
         _ => {
-            let function = numeric(key)?;
-            given.num(0).map(|x| Value::Num(function(x)))
+            let function = numeric(key.strip_suffix("dnum").unwrap_or(key))?;
+            given.num(0).map(|x| Value::Num(function(x).into()))
         }
-    };
-    Some(value.and_then(finite))
+    })
 }
 
 /// Why function `key` (lower case) has no value, however the controller rounds: it stops there.
@@ -130,9 +150,15 @@ pub(super) fn finite(value: Value) -> Result<Value, String> {
 
 /// `Offs(p, x, y, z)`: moved along the axes of the work object.
 fn offs(given: &Given) -> Result<Value, String> {
-    let shift = Vector3::new(given.num(1)?, given.num(2)?, given.num(3)?);
-    let at = position(given.at(0)?.part(0, "a robtarget")?)?;
-    with_parts(given.at(0)?, &[(0, Value::nums((at + shift).as_slice()))])
+    const AT: &str = "a position";
+    let at = given.at(0)?.part(0, "a robtarget")?;
+    position(at)?;
+    let moved = (0..3).map(|axis| {
+        let (own, by) = (at.part(axis, AT)?.number()?, given.at(axis + 1)?.number()?);
+        Ok(Value::Num(own.with(by, |own, by| own + by)))
+    });
+    let moved = moved.collect::<Result<Vec<_>, String>>()?;
+    with_parts(given.at(0)?, &[(0, Value::List(moved))])
 }
 
 /// `RelTool(p, x, y, z \Rx \Ry \Rz)`: moved along the axes of the tool, then turned about its x,
@@ -147,7 +173,7 @@ fn rel_tool(given: &Given) -> Result<Value, String> {
     let shift = Vector3::new(given.num(1)?, given.num(2)?, given.num(3)?).map(m_from_mm);
     let target = given.at(0)?;
     let moved = pose(target)? * Isometry3::from_parts(Translation3::from(shift), rotation);
-    let [translation, rotation] = from_pose(&moved);
+    let [translation, rotation] = from_pose(&moved).map(Value::opened);
     with_parts(target, &[(0, translation), (1, rotation)])
 }
 
@@ -164,25 +190,12 @@ fn with_parts(record: &Value, parts: &[(usize, Value)]) -> Result<Value, String>
     Ok(Value::List(items))
 }
 
-/// `StrPart(text, from, length)`: characters count from 1.
-fn str_part(given: &Given) -> Result<Value, String> {
-    let text: Vec<char> = given.text(0)?.chars().collect();
-    let (from, length) = (given.num(1)?, given.num(2)?);
-    let is_whole = |number: f64, least: f64| number.fract() == 0.0 && number >= least;
-    // Whole and not negative, and beyond the end `get` finds nothing.
-    let part = (is_whole(from, 1.0) && is_whole(length, 0.0))
-        .then(|| text.get(from as usize - 1..(from as usize - 1).saturating_add(length as usize)))
-        .flatten()
-        .ok_or_else(|| format!("characters {from} and {length} more lie beyond the string"))?;
-    Value::text(&part.iter().collect::<String>())
-}
-
 /// `Dim(array, 2)`: how long an array is along a dimension.
 fn dim(given: &Given) -> Result<Value, String> {
     let (mut value, mut dimension) = (given.at(0)?, given.num(1)?);
     while let Value::List(items) = value {
         if dimension == 1.0 {
-            return Ok(Value::Num(items.len() as f64));
+            return Ok(Value::Num((items.len() as f64).into()));
         }
         dimension -= 1.0;
         value = items.first().ok_or("the array is empty")?;
@@ -214,7 +227,7 @@ fn euler_zyx(given: &Given) -> Result<Value, String> {
         [false, false, true] => z,
         _ => return Err("expected one of \\X, \\Y, \\Z".to_owned()),
     };
-    Ok(Value::Num(deg_from_rad(angle)))
+    Ok(Value::Num(deg_from_rad(angle).into()))
 }
 
 fn normalised(value: &Value) -> Result<Value, String> {
@@ -227,9 +240,19 @@ fn normalised(value: &Value) -> Result<Value, String> {
     }
 }
 
-fn rounded(key: &str, given: &Given) -> Result<Value, String> {
-    let scale = 10_f64.powf(given.option_num("dec")?);
-    let scaled = given.num(0)? * scale;
-    let scaled = if key == "round" { scaled.round() } else { scaled.trunc() };
-    Ok(Value::Num(scaled / scale))
+fn at_decimals(
+    given: &Given,
+    to_whole: fn(Number) -> Result<Number, String>,
+) -> Result<Value, String> {
+    let number = given.at(0)?.number()?;
+    number.at_decimals(given.option_num("dec")?, to_whole).map(Value::Num)
+}
+
+/// `DnumToNum(d \Integer)`.
+fn dnum_to_num(given: &Given) -> Result<Value, String> {
+    let number = given.at(0)?.number()?;
+    if given.option("integer").is_some() && number.known()?.fract() != 0.0 {
+        return Err(format!("{number} is no whole number"));
+    }
+    Ok(Value::Num(number.to_num()))
 }

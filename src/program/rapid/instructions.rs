@@ -45,6 +45,11 @@ pub(super) fn motion(key: &str) -> Option<Motion> {
     Some(Motion { way, tool, takes_v })
 }
 
+/// Whether a motion instruction, by its name in lower case, calls a procedure on its way.
+pub(super) fn is_synced(key: &str) -> bool {
+    key.ends_with("sync") && motion(key).is_some()
+}
+
 /// Instructions that shift later targets: to leave one out would be to misplace motion.
 pub(super) fn displaces(key: &str) -> bool {
     matches!(key, "pdispset" | "pdispon" | "eoffsset" | "eoffson" | "corrcon" | "corrwrite")
@@ -52,14 +57,21 @@ pub(super) fn displaces(key: &str) -> bool {
 
 /// Names that only motion has, beside those that are read.
 pub(super) fn sounds_like_motion(key: &str) -> bool {
-    const STARTS: [&str; 9] =
-        ["move", "search", "trigg", "arcl", "arcc", "smove", "fcpress", "indamove", "indrmove"];
-    STARTS.iter().any(|start| key.starts_with(start)) && !is_ignored(key)
+    const STARTS: [&str; 11] = [
+        "move", "search", "trigg", "arcl", "arcc", "arcmove", "smove", "fcpress", "indamove",
+        "indrmove", "egmmove",
+    ];
+    // Of options for painting, welding, dispensing, and of sensors.
+    const OTHERS: [&str; 15] = [
+        "calibj", "calibl", "capc", "capl", "contactl", "dispc", "displ", "nutj", "nutl", "paintc",
+        "paintl", "spotj", "spotl", "spotmj", "spotml",
+    ];
+    STARTS.iter().any(|start| key.starts_with(start)) && !is_ignored(key) || OTHERS.contains(&key)
 }
 
 /// Instructions without motion of their own and without effect on later motion.
 pub(super) fn is_ignored(key: &str) -> bool {
-    const IGNORED: [&str; 91] = [
+    const IGNORED: [&str; 90] = [
         "accset",
         "actunit",
         "add",
@@ -127,7 +139,6 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "startmove",
         "systemstopaction",
         "tperase",
-        "tpreaddnum",
         "tpreadfk",
         "tpreadnum",
         "tpshow",
@@ -272,19 +283,26 @@ pub(super) fn gives_no_number(key: &str) -> bool {
 
 /// Whether a function gives the same for the same arguments, whatever the controller does.
 pub(super) fn is_calculation(key: &str) -> bool {
-    const PURE: [&str; 16] = [
+    const PURE: [&str; 23] = [
         "bytetostr",
         "calcjointt",
         "calcrobt",
         "calcrotaxframez",
         "calcrotaxisframe",
+        "dectohex",
         "defaccframe",
         "defdframe",
         "defframe",
+        "dnumtostr",
+        "hextodec",
         "mirpos",
         "numtostr",
+        "strdigcalc",
+        "strdigcmp",
         "strformat",
         "strmap",
+        "strmemb",
+        "strorder",
         "strpart",
         "strtobyte",
         "strtoval",

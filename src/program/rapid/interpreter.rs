@@ -7,6 +7,7 @@ use nalgebra::Isometry3;
 
 use super::carried::{ToolFrame, UnitOff, WorkObject};
 use super::late::Late;
+use super::number::Number;
 use super::syntax::{Expr, File, Name, Trap};
 use super::timed::Timed;
 use super::value::Value;
@@ -111,7 +112,7 @@ pub(super) struct Interpreter<'a> {
     /// Units that are switched off.
     pub(super) off: Vec<UnitOff>,
     /// Outputs that the program has set, by name in lower case.
-    pub(super) outputs: HashMap<String, f64>,
+    pub(super) outputs: HashMap<String, Number>,
     pub(super) timed: Timed<'a>,
     /// Data that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<&'a str>,

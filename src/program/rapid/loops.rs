@@ -3,15 +3,18 @@
 use std::collections::HashSet;
 
 use super::constants::predefined;
+use super::filled::filled;
 use super::interpreter::{Flow, Interpreter};
+use super::number::{Count, Number};
+use super::outputs::references;
 use super::sets::{CHANGE, set_within};
 use super::syntax::{Block, Expr, Name, What};
 use super::value::Value;
 use super::walk::{
-    all_of, blocks_in, blocks_within, calls_in, expressions_in, names_in, statements_in,
+    all_of, blocks_in, blocks_within, calls_in, expressions_in, functions_of, names_in,
+    statements_in,
 };
 use crate::notes::Code;
-use crate::program::single;
 
 const ENDLESS: &str =
     "an endless loop: read once, without the move from its end back to its beginning";
@@ -48,9 +51,9 @@ impl<'a> Interpreter<'a> {
         body: &'a Block,
     ) -> Flow {
         self.doubt_shared(line, "FOR", parts.into_iter().flatten().collect(), vec![body]);
-        let mut numbers = [None; 3];
+        let mut numbers: [Option<Number>; 3] = [None; 3];
         for (number, expr) in numbers.iter_mut().zip(parts) {
-            match expr.map(|expr| self.eval(expr).num()) {
+            match expr.map(|expr| self.eval(expr).number()) {
                 None => {}
                 Some(Ok(value)) => *number = Some(value),
                 Some(Err(why)) => {
@@ -61,33 +64,27 @@ impl<'a> Interpreter<'a> {
             }
         }
         let [Some(from), Some(to), step] = numbers else { return Flow::Next };
-        let step = step.unwrap_or(if to < from { -1.0 } else { 1.0 });
-        if step == 0.0 {
+        let Some(mut count) = Count::new(from, to, step) else {
             self.log.error(Code::Value, line, "FOR: STEP is 0");
             return Flow::Next;
-        }
+        };
         let outer = self.frames.last_mut().and_then(|frame| frame.remove(&variable.key));
-        let (mut at, mut single) = (from, from as f32);
         let mut flow = Flow::Next;
         loop {
-            let is_behind = if step > 0.0 { at > to } else { at < to };
-            // The controller counts with seven digits.
-            let is_behind_there = if step > 0.0 { single > to as f32 } else { single < to as f32 };
-            if is_behind != is_behind_there {
-                let why = single::rounded(to);
-                self.undecided(line, "FOR", &why, Vec::new(), std::iter::once(body));
-                break;
+            match count.is_behind() {
+                Ok(false) if self.another_pass(line) => {}
+                Ok(_) => break,
+                Err(why) => {
+                    self.undecided(line, "FOR", &why, Vec::new(), std::iter::once(body));
+                    break;
+                }
             }
-            if is_behind || !self.another_pass(line) {
-                break;
-            }
-            self.declare(&variable.key, "num", Value::Num(at), true);
+            self.declare(&variable.key, "num", Value::Num(count.now()), true);
             flow = self.block(body);
             if !matches!(flow, Flow::Next) {
                 break;
             }
-            at += step;
-            single += step as f32;
+            count.advance();
         }
         if let Some(frame) = self.frames.last_mut() {
             frame.remove(&variable.key);
@@ -118,9 +115,24 @@ impl<'a> Interpreter<'a> {
             };
         }
         self.doubt_shared(line, "WHILE", vec![condition], vec![body]);
+        let mut first = Some(self.eval(condition));
+        if first == Some(Value::Bool(true))
+            && let Some(name) = self.ended_by_others(condition, body)
+        {
+            let what = format!(
+                "WHILE asks for '{}', which the loop does not set: it is read once, with what \
+                 stands behind it; how often it runs others decide",
+                name.shown
+            );
+            self.log.warning(Code::MotionLeftOut, line, what);
+            let flow = self.block(body);
+            self.set_anew.clear();
+            return flow;
+        }
         let mut passes = 0;
         loop {
-            match self.eval(condition).bool() {
+            let value = first.take().unwrap_or_else(|| self.eval(condition));
+            match value.bool() {
                 Ok(true)
                     if passes == 1
                         && self.only_waits(condition, body)
@@ -145,6 +157,60 @@ impl<'a> Interpreter<'a> {
                 }
             }
         }
+    }
+
+    /// What a loop that moves asks for and neither sets nor leaves by a jump: what the job alone
+    /// settles, or data of all tasks. The condition is TRUE; the loop ends when that changes.
+    fn ended_by_others(&mut self, condition: &'a Expr, body: &'a Block) -> Option<&'a Name> {
+        let mut functions = functions_of(vec![condition]).into_iter().map(|(name, _)| name);
+        let names = names_in(vec![condition]);
+        let asked = names.iter().copied().chain(functions.clone());
+        let of_job: Vec<&'a Name> = asked.filter(|name| self.is_of_job(name)).collect();
+        let shared = names.iter().copied().find(|name| self.is_shared(&name.key));
+        if of_job.is_empty() && shared.is_none()
+            || functions.any(|name| self.file.functions.contains_key(&name.key))
+            || self.may_leave(body)
+            || !body.iter().any(|own| self.moves(&own.what))
+        {
+            return None;
+        }
+        let (set, calls) = (set_within(self.file, body), calls_in(self.file, &[body]));
+        let is_set = |name: &Name| {
+            let key = self.signal_of(name).key.as_str();
+            set.iter().any(|own| own.key == name.key)
+                || calls.iter().any(|(_, args)| references(args).any(|own| own == key))
+        };
+        if names.iter().any(|name| is_set(name)) {
+            return None;
+        }
+        let keys: Vec<String> =
+            of_job.iter().map(|name| self.signal_of(name).key.clone()).collect();
+        let mut calls = functions_of(vec![condition]).into_iter();
+        // A function that sets data runs once.
+        let sets = calls.any(|(name, args)| !filled(name, args).is_empty());
+        let known = self.forgotten.clone();
+        self.forgotten.extend(keys);
+        let is_by_job = sets || self.eval(condition).bool().is_err();
+        self.forgotten = known;
+        of_job.first().copied().filter(|_| is_by_job).or(shared)
+    }
+
+    /// Whether the job says what is called so, and no file.
+    fn is_of_job(&self, name: &Name) -> bool {
+        let key = self.signal_of(name).key.as_str();
+        let is_said = self.settings.assume.contains_key(key) && !self.forgotten.contains(key);
+        let has_own = self.outputs.contains_key(key) || self.file.data.contains_key(key);
+        is_said && !has_own && !self.is_local(key)
+    }
+
+    /// Whether others set a datum of the module at any time.
+    fn is_shared(&self, key: &str) -> bool {
+        let data = self.file.data.get(key).filter(|_| !self.is_local(key));
+        data.is_some_and(|data| data.is_persistent || self.trapped.contains_key(key))
+    }
+
+    fn is_local(&self, key: &str) -> bool {
+        self.frames.last().is_some_and(|frame| frame.contains_key(key))
     }
 
     /// Whether a loop neither moves nor sets what it asks for.
@@ -286,10 +352,9 @@ impl<'a> Interpreter<'a> {
     /// Whether a condition stays as it is: it asks for data of the program alone, which nothing in
     /// the loop or in a trap sets, and no jump leaves the loop.
     fn is_endless(&self, condition: &'a Expr, body: &'a Block) -> bool {
-        let ends = |key: &str| matches!(key, "exit" | "exitcycle" | "systemstopaction");
         let calls = all_of(vec![condition]).into_iter().any(|own| matches!(own, Expr::Call(_)));
         let names = names_in(vec![condition]);
-        if calls || jumps_out(body) || !names.iter().all(|name| self.is_programs(name)) {
+        if calls || self.may_leave(body) || !names.iter().all(|name| self.is_programs(name)) {
             return false;
         }
         let traps = self.file.traps.iter().map(|trap| &trap.body);
@@ -299,7 +364,12 @@ impl<'a> Interpreter<'a> {
             .map(|name| name.key.as_str())
             .collect();
         !names.iter().any(|name| set.contains(name.key.as_str()))
-            && !calls_in(self.file, &[body]).iter().any(|(name, _)| ends(&name.key))
+    }
+
+    /// Whether a jump, or the end of the program, may leave a loop.
+    fn may_leave(&self, body: &'a Block) -> bool {
+        let ends = |key: &str| matches!(key, "exit" | "exitcycle" | "systemstopaction");
+        jumps_out(body) || calls_in(self.file, &[body]).iter().any(|(name, _)| ends(&name.key))
     }
 
     /// Whether nothing but the program sets a datum, and by no other name.

@@ -9,6 +9,7 @@
 
 mod active;
 mod bits;
+mod by_name;
 mod calls;
 mod carried;
 mod constants;
@@ -29,6 +30,7 @@ mod load;
 mod loops;
 mod modules;
 mod moves;
+mod number;
 mod offered;
 mod outputs;
 mod parser;
@@ -39,6 +41,7 @@ mod shared;
 mod stops;
 mod synced;
 mod syntax;
+mod texts;
 mod timed;
 mod traps;
 mod units;
@@ -78,6 +81,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
             let idle = idle(&file, reached.as_ref(), log);
             unread::setters(text, Dialect::Rapid, settings, &idle, log);
         }
+        // What was not read may have it.
+        Err(_) if log.has_errors() => {}
         Err(what) => log.error(Code::Reference, 1, what),
     }
 }

@@ -16,6 +16,7 @@ struct Declared {
     name: String,
     module: String,
     is_local: bool,
+    is_procedure: bool,
     is_of_main: bool,
 }
 
@@ -46,7 +47,8 @@ pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
     renamed
 }
 
-/// Names that are LOCAL wherever they are declared, and that stand in another module.
+/// Names that are LOCAL wherever they are declared, and that stand in another module, or may in one
+/// that calls procedures by names in strings.
 fn used_elsewhere(texts: &[&str], owners: &HashMap<&str, Vec<&Declared>>) -> HashSet<String> {
     let mut found = HashSet::new();
     let modules: HashSet<&str> = owners.values().flatten().map(|own| own.module.as_str()).collect();
@@ -55,9 +57,22 @@ fn used_elsewhere(texts: &[&str], owners: &HashMap<&str, Vec<&Declared>>) -> Has
     if modules.len() < 2 || local.is_empty() {
         return found;
     }
+    let mut calling = HashSet::new();
     for text in texts {
         let (mut module, mut names_module) = (String::new(), false);
         for token in Lexer::new(text) {
+            let calls = match token.kind {
+                Kind::Symbol(symbol) => symbol == "%",
+                Kind::Word(word) => word.eq_ignore_ascii_case("CallByVar"),
+                _ => false,
+            };
+            // Before the first module a line of % may stand.
+            if calls && !module.is_empty() && calling.insert(module.clone()) {
+                let far = local.iter().filter(|(_, owners)| {
+                    owners.iter().all(|own| own.is_procedure && own.module != module)
+                });
+                found.extend(far.map(|(name, _)| (*name).to_owned()));
+            }
             let Kind::Word(word) = token.kind else { continue };
             let word = word.to_lowercase();
             if names_module {
@@ -105,10 +120,30 @@ fn declared(text: &str, is_of_main: bool) -> Vec<Declared> {
         };
         in_routine |= behind > 0 && matches!(word.as_str(), "func" | "proc" | "trap");
         if let Some(name) = (0..behind).map_while(|_| words.next()).last() {
-            found.push(Declared { name, module: module.clone(), is_local, is_of_main });
+            let is_procedure = word == "proc";
+            let module = module.clone();
+            found.push(Declared { name, module, is_local, is_procedure, is_of_main });
         }
         is_local = false;
     }
+    found
+}
+
+/// The procedures of several texts, in lower case, each once.
+pub(super) fn procedures(texts: &[&str]) -> Vec<String> {
+    let mut found = Vec::new();
+    for text in texts {
+        let mut is_next = false;
+        for token in Lexer::new(text) {
+            let word = if let Kind::Word(word) = token.kind { word } else { "" };
+            if is_next {
+                found.push(word.to_lowercase());
+            }
+            is_next = word.eq_ignore_ascii_case("PROC");
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
     found
 }
 

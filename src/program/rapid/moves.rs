@@ -7,6 +7,7 @@ use nalgebra::Isometry3;
 use super::carried::{Holds, WorkObject};
 use super::instructions::{Motion, ToolAt, Way};
 use super::interpreter::Interpreter;
+use super::number::Number;
 use super::syntax::{Args, Expr, Name, Path};
 use super::value::{NO_AXIS, Value, from_pose, pose};
 use super::walk::Named;
@@ -235,7 +236,11 @@ impl<'a> Interpreter<'a> {
 
     /// Where the external axes are, as a target has them.
     fn where_external(&self) -> Value {
-        Value::nums(&EXTERNAL.map(|name| self.external.stands_at(name).unwrap_or(9e9)))
+        let at = |name: &str| match self.external.stands_at(name) {
+            Some(at) => Number::of(at).opened(),
+            None => Number::of(9e9),
+        };
+        Value::List(EXTERNAL.map(|name| Value::Num(at(name))).to_vec())
     }
 
     /// `CJointT()`: the joints of the last target.
@@ -243,7 +248,7 @@ impl<'a> Interpreter<'a> {
         const WHY: &str = "CJointT: the joints are known behind MoveAbsJ alone, as the reader does \
                            not work them out";
         let joints = match self.joints_now {
-            Some(joints) => Value::nums(&joints),
+            Some(joints) => Value::nums(&joints).opened(),
             // Where the external axes are the targets say.
             None if self.log.has_moved() => Value::unknown(WHY),
             None => return Err(WHY.to_owned()),
@@ -304,7 +309,8 @@ impl<'a> Interpreter<'a> {
         };
         let work = self.work_behind(line, holds, &object, false)?.ended();
         let at = object.frame.inverse() * last.seen_from(&work, &tcp);
-        let [translation, rotation] = from_pose(&at);
+        // It is measured.
+        let [translation, rotation] = from_pose(&at).map(Value::opened);
         let external = self.where_external();
         let found = Value::unknown(OF_THE_RUN);
         Ok(Value::List(vec![translation, rotation, found, external]))
@@ -371,14 +377,9 @@ impl<'a> Interpreter<'a> {
             _ => return Ok(()),
         };
         for (name, value) in EXTERNAL.into_iter().zip(values) {
-            match value {
-                Value::Num(value) if value.abs() < NO_AXIS => {
-                    if !self.stays(name, *value) {
-                        self.external.place(self.log, name, *value)?;
-                    }
-                }
-                Value::Num(_) => {}
-                other => drop(other.num().map_err(|why| format!("{name}: {why}"))?),
+            let value = value.num().map_err(|why| format!("{name}: {why}"))?;
+            if value.abs() < NO_AXIS && !self.stays(name, value) {
+                self.external.place(self.log, name, value)?;
             }
         }
         Ok(())

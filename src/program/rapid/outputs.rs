@@ -3,6 +3,7 @@
 
 use super::instructions::is_calculation;
 use super::interpreter::Interpreter;
+use super::number::Number;
 use super::offered::COPY;
 use super::syntax::{Args, Expr, Name, Optional};
 use super::timed::SETS;
@@ -72,12 +73,16 @@ impl<'a> Interpreter<'a> {
         if is_local || self.file.data.contains_key(name) {
             return self.forget_all_outputs();
         }
+        let switched = |is_on: bool| Number::of(f64::from(u8::from(is_on)));
         let value = match key {
             _ if self.timed.has(name) => None,
-            "set" => Some(1.0),
-            "reset" => Some(0.0),
-            "invertdo" => self.outputs.get(name).map(|value| f64::from(u8::from(*value == 0.0))),
-            _ => given.and_then(as_number),
+            "set" => Some(switched(true)),
+            "reset" => Some(switched(false)),
+            "invertdo" => self.outputs.get(name).map(|own| switched(own.known() == Ok(0.0))),
+            _ => given.and_then(|value| match value {
+                Value::Bool(is_on) => Some(switched(is_on)),
+                other => other.number().ok(),
+            }),
         };
         match value {
             Some(value) => drop(self.outputs.insert(name.to_owned(), value)),
@@ -140,6 +145,19 @@ impl<'a> Interpreter<'a> {
         Some(Value::from(*own))
     }
 
+    /// Why what the job assumes of a name counts no longer.
+    pub(super) fn why_lost(&self, name: &Name) -> Option<String> {
+        let is_lost =
+            self.settings.assume.contains_key(&name.key) && self.forgotten.contains(&name.key);
+        is_lost.then(|| {
+            format!(
+                "'{}' is not known here: what the job assumes of it holds until something sets it \
+                 or waits for another value; {COPY}",
+                name.shown
+            )
+        })
+    }
+
     /// The job's word of a name counts.
     pub(super) fn heed(&self, key: &str) {
         if !self.heeded.borrow().contains(key) {
@@ -188,18 +206,19 @@ impl<'a> Interpreter<'a> {
     /// Why what a function gives is not known, and what may help.
     pub(super) fn why_unknown(&self, function: &Name, args: &Args) -> String {
         if is_calculation(&function.key) {
-            return format!("function '{}' is not read", function.shown);
+            return format!("function '{}' is not read: {COPY}", function.shown);
         }
         let head = format!("function '{}' is known only at run time", function.shown);
         let signal = match args.positional.first() {
             Some(Expr::Ref(signal)) => Some(self.signal_of(&signal.name)),
             _ => None,
         };
+        let signal = signal.filter(|_| READ.contains(&function.key.as_str()));
+        if let Some(why) = signal.and_then(|signal| self.why_lost(signal)) {
+            return format!("{head}: {why}");
+        }
         match signal {
-            Some(signal)
-                if READ.contains(&function.key.as_str())
-                    && !self.forgotten.contains(&signal.key) =>
-            {
+            Some(signal) if !self.forgotten.contains(&signal.key) => {
                 let name = &signal.shown;
                 format!("{head}; assume: {{\"{name}\": …}} in the job can give what {name} is")
             }
@@ -221,9 +240,9 @@ impl<'a> Interpreter<'a> {
         let value = || self.output(key).or_else(|| self.assumed(key));
         let value = READ.contains(&function).then(value)??;
         Some(match (function, value) {
-            ("testdi", Value::Num(value)) => Value::Bool(value != 0.0),
+            ("testdi", value @ Value::Num(_)) => Value::Bool(value.num() != Ok(0.0)),
             ("testdi", value) => value,
-            (_, Value::Bool(value)) => Value::Num(f64::from(u8::from(value))),
+            (_, Value::Bool(value)) => Value::Num(f64::from(u8::from(value)).into()),
             (_, value) => value,
         })
     }

@@ -1,13 +1,15 @@
 //! Tokens → the modules' data and routines. A statement that is not understood is kept as such, so
 //! that it is a fault only where the program reaches it.
 
+use std::cell::OnceCell;
 use std::collections::HashSet;
 
+use super::by_name;
 use super::cursor::{Cursor, Parsed};
 use super::filled::fills;
 use super::instructions::is_ignored;
 use super::lexer::Kind;
-use super::modules::{Renamed, renamed};
+use super::modules::{Renamed, procedures, renamed};
 use super::syntax::{
     Args, Block, Declaration, Expr, File, Name, Optional, Parameter, Routine, Statement, Trap, What,
 };
@@ -19,6 +21,8 @@ use crate::program::log::Log;
 /// Blocks in blocks beyond this are no program that a person or a post-processor writes.
 const MAX_BLOCK_DEPTH: usize = 40;
 
+const CUT: &str = "the file is cut off; export it again";
+
 /// The modules of the main file and of the others of the program.
 pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
     let mut file = File::default();
@@ -27,15 +31,17 @@ pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
         [text].into_iter().chain(others.iter().map(|other| other.text.as_str())).collect();
     let mut kept = named_by_job(settings);
     kept.insert("main".to_owned());
-    let renamed = renamed(&all, &kept);
+    let (renamed, named) = (renamed(&all, &kept), OnceCell::new());
     let texts = others.iter().map(|other| (other.text.as_str(), Some(other.name.as_str())));
     for (text, name) in [(text, None)].into_iter().chain(texts) {
         let cursor = Cursor::new(text, name.is_none(), &renamed);
-        let (is_of_task, fault) = (false, None);
-        let mut parser = Parser { cursor, file, depth: 0, name, is_of_task, fault };
+        let (is_of_task, fault, open) = (false, None, None);
+        let named = (&*all, &named);
+        let mut parser = Parser { cursor, file, depth: 0, name, named, open, is_of_task, fault };
         while parser.cursor.peek().is_some() {
             parser.top_level(log);
         }
+        parser.close_module(log);
         file = parser.file;
     }
     declare_registers(&mut file);
@@ -97,6 +103,10 @@ struct Parser<'a> {
     depth: usize,
     /// Of a file that is not the main one.
     name: Option<&'a str>,
+    /// All files, and the names of their procedures, where a string has had one.
+    named: (&'a [&'a str], &'a OnceCell<Vec<String>>),
+    /// The module that has begun.
+    open: Option<Name>,
     /// Whether TASK stands before the declaration.
     is_of_task: bool,
     /// The first number of the routine that runs into a word, by its line: what the parser expects
@@ -108,12 +118,16 @@ impl<'a> Parser<'a> {
     fn top_level(&mut self, log: &mut Log) {
         let line = self.cursor.line();
         self.fault = None;
-        if self.cursor.take_word("MODULE") {
+        if self.cursor.is_word("MODULE") {
+            self.close_module(log);
+            self.cursor.advance();
             let named = self.module_head();
             self.report(named, line, log);
         } else if self.cursor.take_word("TASK") {
             self.is_of_task = true;
-        } else if self.cursor.take_word("ENDMODULE") || self.cursor.take_word("LOCAL") {
+        } else if self.cursor.take_word("ENDMODULE") {
+            self.open = None;
+        } else if self.cursor.take_word("LOCAL") {
         } else if self.cursor.is_any_word(&["CONST", "PERS", "VAR"]) {
             match self.declaration() {
                 Ok(declaration) => self.keep_declaration(declaration, log),
@@ -152,12 +166,30 @@ impl<'a> Parser<'a> {
     fn report(&mut self, parsed: Parsed<()>, line: usize, log: &mut Log) {
         if let Err(what) = parsed {
             let line = self.cursor.line().max(line);
+            let is_cut = self.cursor.peek().is_none() && self.open.take().is_some();
+            let what = if is_cut { format!("{what}: {CUT}") } else { what };
             let (line, what) = self.fault.take().unwrap_or((line, what));
-            match self.name {
-                None => log.error(Code::Syntax, line, what),
-                Some(name) => log.error(Code::Syntax, 1, format!("{name}:{line}: {what}")),
-            }
+            self.tell(line, what, log);
             self.cursor.skip_statement();
+        }
+    }
+
+    fn tell(&self, line: usize, what: String, log: &mut Log) {
+        match self.name {
+            None => log.error(Code::Syntax, line, what),
+            Some(name) => log.error(Code::Syntax, 1, format!("{name}:{line}: {what}")),
+        }
+    }
+
+    /// A module without an end: where the file ends, too, it was cut off.
+    fn close_module(&mut self, log: &mut Log) {
+        if let Some(open) = self.open.take() {
+            let what = self.cursor.expected(&format!("ENDMODULE of '{}'", open.shown));
+            let what = match self.cursor.peek() {
+                None => format!("{what}: {CUT}"),
+                Some(_) => what,
+            };
+            self.tell(self.cursor.line(), what, log);
         }
     }
 
@@ -169,6 +201,7 @@ impl<'a> Parser<'a> {
     fn module_head(&mut self) -> Parsed<()> {
         let module = self.cursor.name()?;
         self.cursor.enter(&module);
+        self.open = Some(module);
         if self.cursor.take_symbol("(") {
             self.cursor.list(")")?;
         }
@@ -255,15 +288,13 @@ impl<'a> Parser<'a> {
         let mut body = Vec::new();
         let ends = [end, "ERROR", "UNDO", "BACKWARD"];
         while !self.cursor.is_any_word(&ends) {
-            if self.cursor.peek().is_none()
-                || self.cursor.is_any_word(&["PROC", "FUNC", "TRAP", "ENDMODULE"])
-            {
+            if self.is_past_routine() {
                 return Err(self.cursor.expected(&format!("{end} of '{}'", name.shown)));
             }
             self.statement_or_stray(&mut body);
         }
         // Handlers of errors do not run when nothing goes wrong.
-        let (end, in_handlers) = self.skip_past(end);
+        let (end, in_handlers) = self.skip_past(end, &name)?;
         let module = self.cursor.module().to_owned();
         Ok(Routine { line, end, in_handlers, name, module, parameters, body })
     }
@@ -282,9 +313,7 @@ impl<'a> Parser<'a> {
                 }
                 continue;
             }
-            if self.cursor.peek().is_none()
-                || self.cursor.is_any_word(&["PROC", "FUNC", "TRAP", "ENDMODULE"])
-            {
+            if self.is_past_routine() {
                 return Err(self.cursor.expected(&format!("ENDTRAP of '{}'", name.shown)));
             }
             self.statement_or_stray(&mut body);
@@ -293,19 +322,27 @@ impl<'a> Parser<'a> {
     }
 
     /// The line of the end, and the words before it.
-    fn skip_past(&mut self, end: &str) -> (usize, HashSet<String>) {
-        let (mut line, mut words) = (self.line(), HashSet::new());
-        while let Some(token) = self.cursor.peek() {
-            line = self.line();
+    fn skip_past(&mut self, end: &str, of: &Name) -> Parsed<(usize, HashSet<String>)> {
+        let mut words = HashSet::new();
+        loop {
+            let line = self.line();
             if self.cursor.take_word(end) {
-                break;
+                return Ok((line, words));
             }
-            if let Kind::Word(word) | Kind::Text(word) = token {
+            if self.is_past_routine() {
+                return Err(self.cursor.expected(&format!("{end} of '{}'", of.shown)));
+            }
+            if let Some(Kind::Word(word) | Kind::Text(word)) = self.cursor.peek() {
                 words.insert(word.to_lowercase());
             }
             self.cursor.advance();
         }
-        (line, words)
+    }
+
+    /// Whether something follows that no routine holds.
+    fn is_past_routine(&self) -> bool {
+        self.cursor.peek().is_none()
+            || self.cursor.is_any_word(&["PROC", "FUNC", "TRAP", "ENDMODULE"])
     }
 
     fn parameters(&mut self) -> Parsed<Vec<Parameter>> {
@@ -399,6 +436,7 @@ impl<'a> Parser<'a> {
     }
 
     fn statement(&mut self) -> Parsed<What> {
+        let line = self.line();
         let cursor = &mut self.cursor;
         if cursor.is_any_word(&["CONST", "PERS", "VAR"]) {
             return Ok(What::Declare(self.declaration()?));
@@ -432,8 +470,11 @@ impl<'a> Parser<'a> {
         if cursor.take_word("CONNECT") {
             return self.connect();
         }
-        if cursor.is_symbol("%") {
-            return Err("a call by a name in a string is not supported".to_owned());
+        if cursor.take_symbol("%") {
+            let name = cursor.expression()?;
+            cursor.symbol("%")?;
+            let args = cursor.arguments(";")?;
+            return self.call_by_name(line, name, &args);
         }
         if cursor.is_symbol("<") {
             return Err("a placeholder: the program is unfinished".to_owned());
@@ -449,7 +490,19 @@ impl<'a> Parser<'a> {
             cursor.symbol(";")?;
             return Ok(What::Assign(path, value));
         }
-        self.call(name)
+        self.call(line, name)
+    }
+
+    /// A procedure by a name in a string: where the text has the whole name it is a call.
+    fn call_by_name(&mut self, line: usize, name: Expr, args: &Args) -> Parsed<What> {
+        if let Expr::Text(text) = &name {
+            return Ok(What::Call(self.cursor.named(text.trim()), args.clone()));
+        }
+        let start = by_name::start(&name);
+        let (texts, named) = self.named;
+        let all = named.get_or_init(|| procedures(texts)).iter();
+        let all = all.filter(|own| own.starts_with(&start));
+        by_name::choice(line, name, args, all.map(|own| self.cursor.named(own)).collect())
     }
 
     /// `CONNECT i1 WITH tr;`: an instruction with the name of the trap as a text.
@@ -463,9 +516,13 @@ impl<'a> Parser<'a> {
         Ok(What::Call(Name::new("CONNECT"), args))
     }
 
-    fn call(&mut self, name: Name) -> Parsed<What> {
+    fn call(&mut self, line: usize, name: Name) -> Parsed<What> {
         // `Set do1;`, `foo;`: no arguments. `foo p10, \On;`: an instruction or a procedure.
         match self.cursor.arguments(";") {
+            Ok(args) if name.key == "callbyvar" => match by_name::numbered(&args) {
+                Some(own) => self.call_by_name(line, own, &Args::default()),
+                None => Ok(What::Call(name, args)),
+            },
             Ok(args) => Ok(What::Call(name, args)),
             // One that fills data in must be understood.
             Err(_) if is_ignored(&name.key) && !fills(&name.key) => {

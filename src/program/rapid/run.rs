@@ -4,8 +4,9 @@ use std::collections::{HashMap, HashSet};
 
 use super::eval::equal;
 use super::filled::filled;
-use super::instructions::{self, is_own_function};
+use super::instructions::{self, is_own_function, is_synced};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
+use super::number::{Number, WRITE};
 use super::offered::COPY;
 use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
@@ -178,6 +179,9 @@ impl<'a> Interpreter<'a> {
                 let tested = self.eval(tested);
                 return self.test(line, &tested, cases, otherwise);
             }
+            What::CallByName(name, args, among) => {
+                return self.call_by_name(line, name, args, among);
+            }
             What::Return(value) => {
                 return Flow::Return(value.as_ref().map(|expr| self.eval(expr)));
             }
@@ -231,8 +235,9 @@ impl<'a> Interpreter<'a> {
         for effect in [asked].into_iter().chain(effects).collect::<Vec<_>>() {
             match effect {
                 Effect::Motion => {
-                    // Where the cause is a signal that is read, its name is told already.
-                    let told = ["assume: {", single::COUNT, COPY];
+                    // Where the cause is a signal that is read, its name is told already; strings
+                    // it does not give.
+                    let told = ["assume: {", single::COUNT, COPY, WRITE];
                     let is_told = told.iter().any(|own| why.contains(own));
                     let hint = if is_told { "" } else { "; assume: in the job can settle it" };
                     let what = format!("{keyword} decides about motion at run time: {why}{hint}");
@@ -271,6 +276,8 @@ impl<'a> Interpreter<'a> {
                 What::Assign(path, _) => Effect::Data(vec![&path.name]),
                 What::Call(name, args) => self.effect_of_call(name, args, seen),
                 What::Return(_) if is_called => Effect::Data(Vec::new()),
+                // Which one it calls only the run may know.
+                What::CallByName(..) => Effect::Motion,
                 What::Return(_) | What::Goto(_) | What::NotUnderstood(_) => Effect::Motion,
                 _ => Effect::Data(Vec::new()),
             };
@@ -461,7 +468,7 @@ impl<'a> Interpreter<'a> {
                 self.settle();
             }
             self.doubt_call(line, name, args);
-            return match key.ends_with("sync") {
+            return match is_synced(key) {
                 true => self.synced(line, name, args),
                 false => Flow::Next,
             };
@@ -619,13 +626,16 @@ impl<'a> Interpreter<'a> {
         self.refuse_constant(line, path);
         self.doubt_assignment(line, path, None);
         let by = match (key, args.positional.get(1)) {
-            ("incr", _) => Ok(1.0),
-            ("decr", _) => Ok(-1.0),
-            ("add", Some(expr)) => self.eval(expr).num(),
-            _ => Ok(0.0),
+            ("incr", _) => Ok(Number::of(1.0)),
+            ("decr", _) => Ok(Number::of(-1.0)),
+            ("add", Some(expr)) => self.eval(expr).number(),
+            _ => Ok(Number::of(0.0)),
         };
         let keep = if key == "clear" { 0.0 } else { 1.0 };
-        let sum = self.read(path).num().and_then(|number| Ok(number * keep + by?));
+        let sum = self
+            .read(path)
+            .number()
+            .and_then(|number| Ok(number.with(by?, |number, by| number * keep + by)));
         let value = sum.map_or_else(Value::unknown, Value::Num);
         if let Err(why) = self.write(path, value) {
             self.forget_name(&path.name.key);

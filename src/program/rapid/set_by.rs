@@ -7,7 +7,6 @@ use super::interpreter::Interpreter;
 use super::outputs::references;
 use super::syntax::{Args, Expr, File, Name, Path, Routine, What};
 use super::timed::SETS;
-use super::value::Value;
 use super::walk::{names_in, statements_in};
 use crate::notes::Code;
 use crate::program::cell::{Given, Sets, all, set, set_by_name};
@@ -197,7 +196,7 @@ impl<'a> Interpreter<'a> {
     /// Whether an output gets its value after a delay that is not known to be zero.
     fn is_late(&mut self, args: &'a Args) -> bool {
         let mut options = self.options(args).into_iter();
-        options.any(|(name, delay_s)| name == "sdelay" && delay_s != Value::Num(0.0))
+        options.any(|(name, delay_s)| name == "sdelay" && delay_s.num() != Ok(0.0))
     }
 
     /// A tool of the files that is called as a signal of the job is, stands for itself: its move

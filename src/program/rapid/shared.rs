@@ -99,7 +99,7 @@ impl<'a> Interpreter<'a> {
         let is_exit = |what: &What| matches!(what, What::Call(name, _) if name.key == "exitcycle");
         let other = |block: &&'a Block| !statements_in(std::iter::once(*block)).any(is_exit);
         let branches = match &end.what {
-            What::If(..) | What::Test(..) => blocks_in(&end.what),
+            What::If(..) | What::Test(..) | What::CallByName(..) => blocks_in(&end.what),
             _ => Vec::new(),
         };
         let others = branches.into_iter().filter(other).flatten();

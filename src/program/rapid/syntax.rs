@@ -115,6 +115,9 @@ pub(super) enum What {
     Declare(Declaration),
     Assign(Path, Expr),
     Call(Name, Args),
+    /// A call by a name in a string: the name, what is given, and the procedures that it may be
+    /// that of, by name in lower case, each with its call.
+    CallByName(Expr, Args, Vec<(String, Block)>),
     If(Vec<(Expr, Block)>, Block),
     For {
         variable: Name,

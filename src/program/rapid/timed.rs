@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::instructions::is_synced;
 use super::syntax::{Args, Expr, File, Optional, What};
 use super::walk::statements_in;
 
@@ -42,7 +43,7 @@ impl<'a> Timed<'a> {
         };
         let is_moving = ["movel", "movej", "movec"].iter().any(|start| key.starts_with(start));
         // Of these the data or the procedure say what they set.
-        if key.ends_with("ios") || key == "triggspeed" || is_moving && key.ends_with("sync") {
+        if key.ends_with("ios") || key == "triggspeed" || is_synced(key) {
             self.is_any = true;
         }
         let at = match key {

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
+use super::number::Number;
 use super::syntax::File;
 use crate::program::Assumed;
 use crate::units::{m_from_mm, mm_from_m};
@@ -28,7 +29,7 @@ const MAX_LIST_DEPTH: usize = 20;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
-    Num(f64),
+    Num(Number),
     Bool(bool),
     Text(Rc<str>),
     /// A record or an array.
@@ -47,7 +48,7 @@ impl From<Assumed> for Value {
     fn from(assumed: Assumed) -> Self {
         match assumed {
             Assumed::Truth(value) => Self::Bool(value),
-            Assumed::Number(value) => Self::Num(value),
+            Assumed::Number(value) => Self::Num(Number::of(value)),
         }
     }
 }
@@ -99,12 +100,42 @@ impl Value {
     }
 
     pub(super) fn nums(numbers: &[f64]) -> Self {
-        Self::List(numbers.iter().map(|&number| Self::Num(number)).collect())
+        Self::List(numbers.iter().map(|&number| Self::Num(number.into())).collect())
+    }
+
+    /// What is worked out of others: exact at most where all numbers in these are.
+    pub(super) fn worked_out<'v>(self, given: impl IntoIterator<Item = &'v Self>) -> Self {
+        if given.into_iter().all(Self::is_exact) { self } else { self.opened() }
+    }
+
+    fn is_exact(&self) -> bool {
+        match self {
+            Self::Num(number) => number.is_exact(),
+            Self::List(items) => items.iter().all(Self::is_exact),
+            _ => true,
+        }
+    }
+
+    /// The same with numbers of which the rounding is not known.
+    pub(super) fn opened(self) -> Self {
+        match self {
+            Self::Num(number) => Self::Num(number.opened()),
+            Self::List(items) => Self::List(items.into_iter().map(Self::opened).collect()),
+            other => other,
+        }
     }
 
     pub(super) fn num(&self) -> Result<f64, String> {
         match self {
-            Self::Num(number) => Ok(*number),
+            Self::Num(number) => number.known(),
+            other => Err(other.instead_of("a number")),
+        }
+    }
+
+    /// The same with what the controller makes of it.
+    pub(super) fn number(&self) -> Result<Number, String> {
+        match self {
+            Self::Num(number) => number.settled(),
             other => Err(other.instead_of("a number")),
         }
     }
@@ -178,9 +209,9 @@ pub(super) fn load_of_new_tool() -> Value {
 }
 
 fn point_load(mass_kg: f64, z_mm: f64) -> Value {
-    let [mass, centre, axes] =
-        [Value::Num(mass_kg), Value::nums(&[0.0, 0.0, z_mm]), Value::nums(&[1.0, 0.0, 0.0, 0.0])];
-    Value::List(vec![mass, centre, axes, Value::Num(0.0), Value::Num(0.0), Value::Num(0.0)])
+    let [centre, axes] = [Value::nums(&[0.0, 0.0, z_mm]), Value::nums(&[1.0, 0.0, 0.0, 0.0])];
+    let [mass, none] = [mass_kg, 0.0].map(|number| Value::Num(Number::of(number)));
+    Value::List(vec![mass, centre, axes, none.clone(), none.clone(), none])
 }
 
 /// A size that data may have: loops must not ask for all memory.
@@ -325,7 +356,7 @@ pub(super) fn initial(file: &File, kind: &str) -> Value {
 
 fn initial_at(file: &File, kind: &str, depth: usize) -> Value {
     match kind {
-        "num" | "dnum" | "intnum" | "byte" => return Value::Num(0.0),
+        "num" | "dnum" | "intnum" | "byte" => return Value::Num(Number::of(0.0)),
         "bool" => return Value::Bool(false),
         "string" => return Value::Text(Rc::from("")),
         _ => {}

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::instructions::{ToolAt, may_be_set, motion};
+use super::instructions::{ToolAt, is_synced, may_be_set, motion};
 use super::syntax::{
     Args, Block, Declaration, Expr, File, Name, Optional, Path, Routine, Step, What,
 };
@@ -13,6 +13,7 @@ pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
         What::If(branches, otherwise) => {
             branches.iter().map(|(_, body)| body).chain([otherwise]).collect()
         }
+        What::CallByName(.., among) => among.iter().map(|(_, call)| call).collect(),
         What::Test(_, cases, otherwise) => {
             cases.iter().map(|(_, body)| body).chain([otherwise]).collect()
         }
@@ -81,8 +82,7 @@ pub(super) fn synced_procedure<'a>(
     name: &Name,
     args: &Args,
 ) -> Option<&'a Routine> {
-    let is_one = name.key.ends_with("sync") && motion(&name.key).is_some();
-    let own = synced_name(args).filter(|_| is_one)?;
+    let own = synced_name(args).filter(|_| is_synced(&name.key))?;
     let own = own.to_lowercase();
     let (module, own) = match own.split_once(':') {
         Some((module, own)) => (Some(module.trim()), own.trim()),
@@ -273,6 +273,10 @@ pub(super) fn expressions_in(what: &What) -> Vec<&Expr> {
         What::If(branches, _) => open.extend(branches.iter().map(|(condition, _)| condition)),
         What::For { from, to, step, .. } => open.extend([from, to].into_iter().chain(step)),
         What::While(expr, _) | What::Return(Some(expr)) => open.push(expr),
+        What::CallByName(name, args, _) => {
+            open.push(name);
+            of_args(args, &mut open);
+        }
         What::Test(tested, cases, _) => {
             open.push(tested);
             open.extend(cases.iter().flat_map(|(values, _)| values));

@@ -138,12 +138,48 @@ fn levels_of_a_cycle_stay_where_the_mode_changes() {
     let program = behind_head("G91 G99 G81 X10 Z-7 R-3 F300\nG90 X30");
     assert_eq!(doubts(&program), [(Code::ChangeIgnored, 5)], "{:?}", program.warnings);
     // In one mode nothing is in doubt.
-    assert_eq!(doubts(&behind_head("G91 G99 G81 X10 Z-7 R-3 F300\nX30")), []);
+    assert_eq!(doubts(&behind_head("G91 G98 G81 X10 Z-7 R-3 F300\nX30\nX5 R-2")), []);
     let mut ends = vec![('L', [0.0, 0.0, 5.0]), ('L', [10.0, 0.0, 5.0])];
     for x in [10.0, 30.0] {
         ends.extend(hole(x));
     }
     assert_ends(&program, &ends);
+}
+
+/// Under G91, R counts from the initial level (Fanuc) or from where the tool is (LinuxCNC).
+#[test]
+fn levels_under_g91_are_a_doubt_where_the_tool_is_elsewhere() {
+    for (text, line) in [
+        ("G91 G99 G81 X10 Z-7 R-3 F300\nX30", Some(5)),
+        ("G99 G81 X10 Y10 Z-5 R2 F300\nG91 G81 X5 Z-3 R-1 L2", Some(5)),
+        // R over the initial level, where the tool is left.
+        ("G91 G98 G81 X10 Z-7 R3 F300\nX30", Some(5)),
+        ("G91 G99 G81 X10 Z-7 R-3 L3 F300", None),
+        ("G91 G99 G81 X10 Z-7 R-3 F300\nG80\nG81 X30 Z-7 R3", None),
+    ] {
+        let expected: Vec<_> = line.map(|line| (Code::ChangeIgnored, line)).into_iter().collect();
+        assert_eq!(doubts(&behind_head(text)), expected, "{text}");
+    }
+}
+
+/// The closing mark is no end of a subprogram: the rest of the program that calls it would be lost.
+#[test]
+fn a_subprogram_that_ends_at_the_mark_is_refused() {
+    let text = "G21 G90 S900 M3\nG0 X0 Y0 Z5\nM98 P2\nG1 X50 F100\nM30\nO2\nG1 X5 F100\n";
+    assert_eq!(gcode(&format!("{text}M99\n%\n")).moves.len(), 3);
+    let found = faults(&format!("{text}%\n"), Dialect::GCode);
+    assert!(found[0].what.contains("without M99"), "{found:?}");
+    assert_eq!((at(&found[0]), found.len()), (3, 1), "{found:?}");
+}
+
+/// LinuxCNC's `@` and `^`. The feed of the block that is refused is no second fault.
+#[test]
+fn polar_words_of_linuxcnc_are_refused_alone() {
+    let text = "G20 G0 X0 Y0 Z1\nG1 @2.5^30 F60\nG1 X1\nM2\n";
+    let job = Settings { feed_m_per_s: None, ..settings() };
+    let found = read(text.as_bytes(), Dialect::GCode, &job).unwrap_err();
+    assert_eq!((at(&found[0]), found.len()), (2, 1), "{found:?}");
+    assert!(found[0].what.contains("by @ and ^"), "{found:?}");
 }
 
 #[test]

@@ -210,7 +210,7 @@ fn what_is_read_back_is_of_the_motion_before() {
         &format!(
             "VAR robtarget back;\nVAR jointtarget j;\nMoveJ {place},v10,fine,spindle\\WObj:=table;\n\
              back:=CRobT();\nMoveL {there},v10,fine,spindle\\WObj:=table;\n\
-             IF back.extax.eax_b=30 MoveL back,v10,fine,spindle\\WObj:=table;\n\
+             IF back.extax.eax_b<40 MoveL back,v10,fine,spindle\\WObj:=table;\n\
              MoveAbsJ [[0,0,0,0,30,0],[9E9,0,9E9,9E9,9E9,9E9]],v10,fine,spindle;\n\
              j:=CJointT();\nj.robax.rax_5:=40;\nMoveAbsJ j,v10,fine,spindle;\n"
         ),

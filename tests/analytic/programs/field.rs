@@ -299,7 +299,7 @@ fn feeds_of_heidenhain_in_all_their_words() {
     assert_eq!([feeds[1], feeds[3], feeds[4], feeds[5], feeds[6]], [500., 350., 300., 350., 1000.]);
     assert_eq!(program.moves[2].timing, Timing::Rapid);
     for (word, said) in
-        [("FT5", "'FT'"), ("FZ0.3", "'FZ'"), ("FXYZ", "'FXYZ'"), ("F+", "F without")]
+        [("FT5", "'FT'"), ("FZ0.3", "'FZ'"), ("FXYZ", "'FXYZ'"), ("F+", "'F +' has a sign")]
     {
         refused(&heidenhain(&format!("L Z+5 F500\nL X+100 {word}")), Dialect::Heidenhain, said);
     }

@@ -45,7 +45,7 @@ fn a_branch_on_what_the_run_fills_in_is_refused() {
         ("ReadAnyBin ch,n;", "n=2", "ReadAnyBin"),
         ("WaitAI ai1\\GT,5\\MaxTime:=1\\ValueAtTimeout:=n;", "n>1", "WaitAI"),
         ("WaitDI di1,1\\MaxTime:=5\\TimeFlag:=late;", "late", "WaitDI"),
-        ("late:=StrToVal(\"2\",n);", "n=2", "StrToVal"),
+        ("late:=StrToVal(ReadStr(ch),n);", "n=2", "StrToVal"),
         ("WaitUntil go;", "go", "another task"),
         ("WaitUntil n>1;", "n=2", "another task"),
     ] {

@@ -91,7 +91,9 @@ fn tp_goes_to_a_register_that_the_controller_alone_knows() {
     assert_refused(&tp(&format!("PR[1,3]=5 ;\n{START}{HOME}")), 5, "does not set its element 1");
     assert_refused(&tp(&format!("PR[1]=PR[2] ;\n{HOME}{START}")), 4, "PR[1] is known only at run");
     assert_refused(&tp("C PR[1]\n: PR[2] 9mm/sec FINE ;\n"), 3, "PR[1] is known only at run time");
-    assert_refused(&tp(HOME), 3, "contains no motion that is read: J PR[1]");
+    let none = tp(&format!("{HOME}{line}").replace("R[R[1]:out]", "R[2]"));
+    assert_refused(&none, 3, "no motion that is read: it moves to PR[1], PR[2], which it does not");
+    assert!(none.unwrap_err()[0].what.contains("{\"PR[1,1]\": …, …, \"PR[1,6]\": …}"));
     // What stands behind the move is done, and its options are read.
     let beside = HOME.replace("FINE", "FINE TA .50sec,CALL FOO");
     assert_eq!(told(&tp(&format!("{beside}{START}")), Code::MotionLeftOut), [3]);

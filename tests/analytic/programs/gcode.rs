@@ -507,6 +507,61 @@ fn rotary_axes_turn_between_the_holes_of_a_cycle() {
     assert_eq!(doubts.map(at).collect::<Vec<_>>(), [3]);
 }
 
+/// Under tool centre point control X, Y and Z are in the turned work and the tool tips as without it.
+#[test]
+fn places_are_in_the_turned_work_under_tool_centre_point_control() {
+    let moves = "G1 X20 Y5 Z50 A-90 C90 F300\nG1 X30 Z40\n";
+    let start = "G0 X10 Y0 Z50 A0 C0\n";
+    let places = [[10.0, 0.0, 50.0], [20.0, 5.0, 50.0], [30.0, 5.0, 40.0]].map(|at| ('L', at));
+    let of = |text: &str, dialect| {
+        let text = ended(text, dialect);
+        read(text.as_bytes(), dialect, &with_axes(true)).unwrap()
+    };
+    let plain = of(&format!("{start}{moves}"), Dialect::GCode);
+    // By hand: A takes (x, y, z) to (x, -z, y) of the work, then C to (-z, -x, y).
+    assert_ends(&plain, &[places[0], ('L', [-50.0, -20.0, 5.0]), ('L', [-40.0, -30.0, 5.0])]);
+    let controlled = of(&format!("{start}G43.4 H1\n{moves}"), Dialect::GCode);
+    let siemens = of(&format!("{start}TRAORI\n{moves}"), Dialect::Sinumerik);
+    for program in [&controlled, &siemens] {
+        assert_ends(program, &places);
+        for index in 0..3 {
+            assert!((tool(program, index) - tool(&plain, index)).norm() < 1e-9, "{index}");
+        }
+        assert!(program.warnings.iter().all(|note| note.code != Code::MotionLeftOut));
+    }
+    // A parameter of Fanuc's may have it otherwise.
+    let doubts = |program: &Program| {
+        let all = program.warnings.iter().filter(|note| note.what.contains("19696"));
+        all.map(at).collect::<Vec<_>>()
+    };
+    assert_eq!((doubts(&controlled), doubts(&siemens)), (vec![3], vec![]));
+    // On turned work the tool has other coordinates than before, and stays where it is.
+    let switched = "G0 X10 Y0 Z50 A90\nG43.4 H1\n";
+    let stated = of(&format!("{switched}G0 X20 Y5 Z50\nG1 X30 F300"), Dialect::GCode);
+    let [first, again, last] = [[10.0, 50.0, 0.0], [20.0, 5.0, 50.0], [30.0, 5.0, 50.0]];
+    assert_ends(&stated, &[('L', first), ('L', again), ('L', last)]);
+    let kept = of(&format!("{switched}G1 X20 F300"), Dialect::GCode);
+    assert_ends(&kept, &[('L', first), ('L', [20.0, 50.0, 0.0])]);
+    // (30, 5, 40) of the work is (-5, 40, -30) of the text, by hand as above.
+    for (text, dialect) in [
+        (format!("{start}G43.4 H1\n{moves}G49\nG1 X20 F300"), Dialect::GCode),
+        (format!("{start}TRAORI\n{moves}TRAFOOF\nG1 X20 F300"), Dialect::Sinumerik),
+    ] {
+        assert_ends(&of(&text, dialect), &[&places[..], &[('L', [30.0, -20.0, 40.0])]].concat());
+    }
+    // Under C alone, X and Y are known without Z; under A, Y of the work is the Z of the text.
+    let level = of("G0 X10 Y0 C90\nG43.4 H1 Z20\nG1 X5 F300", Dialect::GCode);
+    assert_ends(&level, &[('L', [0.0, -10.0, 20.0]), ('L', [5.0, -10.0, 20.0])]);
+    let found = |text: &str, dialect| {
+        read(ended(text, dialect).as_bytes(), dialect, &with_axes(true)).unwrap_err()
+    };
+    let open = found("G0 X10 Y0 A90\nG43.4 H1\nG1 X20 F300", Dialect::GCode);
+    assert!(open[0].what.contains("while Y is not known"), "{open:?}");
+    // Where the work is tipped, a hole along the Z of the text would go across the tool.
+    let across = found(&format!("{start}G43.4 H1\nG0 A90\nG81 Z-5 R2 F300"), Dialect::GCode);
+    assert!(across[0].what.contains("across the tool"), "{across:?}");
+}
+
 #[test]
 fn rotary_axes_that_no_hole_follows_are_refused() {
     let start = "G0 X10 Y0 Z50\n";

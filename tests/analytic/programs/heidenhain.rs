@@ -1,5 +1,6 @@
 //! Heidenhain's conversational language as milling posts write it.
 
+use detune::motion::Timing;
 use detune::notes::{Code, Note};
 use detune::program::{
     Assumed, Dialect, NewSpeed, Program, Rewrite, Settings, Spindle, read, rewrite,
@@ -63,7 +64,14 @@ fn a_corner_with_a_calculation_behind_it() {
         )
     };
     let plain = conversational(&text("")).unwrap();
-    for between in ["Q1 = 50\n", "FN 0: Q1 = +50\n", "FN 9: IF +0 EQU +1 GOTO LBL 1\n", "; why\n"] {
+    for between in [
+        "Q1 = 50\n",
+        "FN 0: Q1 = +50\n",
+        "FN 9: IF +0 EQU +1 GOTO LBL 1\n",
+        "FN 9: IF +0 EQU +0 GOTO LBL 2\nL X+99\nLBL 2\n",
+        "LBL 3\n",
+        "; why\n",
+    ] {
         let found = conversational(&text(between)).unwrap();
         let ends = |own: &Program| own.moves.iter().map(end).collect::<Vec<_>>();
         assert_eq!(ends(&found), ends(&plain), "{between}");
@@ -77,6 +85,18 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
         ("L X+Q5", "Q parameters"),
         ("L X+5 F1.2.3", "'F1.2.3' is not understood"),
         ("L X+5 F 1.2.3", "'1.2.3' is not understood"),
+        ("L X+10 - 3 Y+5", "'-' stands behind"),
+        ("L X+10 -3", "-3 stands behind"),
+        ("L X+10*2", "2 stands behind"),
+        ("Q1 = 5\nL X + Q1 + 2", "'+' stands behind"),
+        ("Q1 = 5\nL X+Q1 - 2", "'-' stands behind"),
+        ("L X+5 Y -", "'Y -' has a sign and no number"),
+        ("L X - Y+5", "'X -' has a sign and no number"),
+        ("L X+5 Y - Q 1", "'Y -' has a sign and no number"),
+        ("L X+5 Y - - 3", "'Y -' has a sign and no number"),
+        ("L X+5 Y- -3", "'Y -' has a sign and no number"),
+        ("TOOL CALL 5 Z S1000 + 500", "'+' stands behind"),
+        ("FUNCTION DWELL TIME5 M5", "'M' beside FUNCTION DWELL"),
         ("CYCL DEF 7.1 X+Q1", "shifts or turns"),
         ("CYCL DEF 7.1 #5", "shifts or turns"),
         ("CYCL DEF 10.1 ROT+Q5", "shifts or turns"),
@@ -256,7 +276,14 @@ fn stops_that_may_be_skipped_are_no_doubt() {
         ("/ STOP\n/ STOP M5\nL X+10 FMAX\n", vec![5]),
         ("/ M3\nL X+10\n", vec![4]),
         ("/ CC X+0 Y+0\nL X+10\n", vec![4]),
-        ("L X+10\n/ M30\n", vec![5]),
+        ("CALL LBL 1\n/ M30\nLBL 1\nL X+5\nLBL 0\n", vec![5]),
+        ("LBL 1\nL X+5\n/ M30\nFN 9: IF +1 EQU +0 GOTO LBL 1\n", vec![6]),
+        // Skipped or not, nothing moves behind it.
+        ("L X+10\n/ M30\n", vec![]),
+        ("CALL LBL 1\nL X+10\n/75 M30\nLBL 1\nCYCL DEF 7.1 X0\nLBL 0\n", vec![]),
+        ("L X+10\n/ M30\nCYCL DEF 200 Q200=2\n", vec![]),
+        // A pattern is drilled where it is defined.
+        ("L X+10\n/ M30\nCYCL DEF 220 Q216=0\n", vec![5]),
         ("CALL LBL 1\nL X+10\nM30\n/ LBL 1\nL X+5\nLBL 0\n", vec![7]),
     ] {
         assert_eq!(told(text, Code::MotionLeftOut), lines, "{text}");
@@ -360,6 +387,41 @@ fn a_parameter_gives_the_number_of_a_tool() {
     assert_eq!((program.moves[1].feed_m_per_s * 6e4).round(), 5500.0);
     let found = conversational(&text("Q12")).unwrap_err();
     assert!(found[0].what.contains("Q parameters") && at(&found[0]) == 3, "{found:?}");
+}
+
+#[test]
+fn signs_may_stand_apart() {
+    let program = conversational(
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 Z+0 R0 FMAX\nQ13 = 5\n\
+         L Z + Q13 F200\nL X - 10\nL Y - Q13 X + 2\nEND PGM A MM\n",
+    )
+    .unwrap();
+    let ends = [[0.0; 3], [0.0, 0.0, 5.0], [-10.0, 0.0, 5.0], [2.0, -5.0, 5.0]];
+    assert_ends(&program, &ends.map(|at| ('L', at)));
+}
+
+/// TIME in seconds, REV in turns of the spindle: 15 at 3000 rpm are 0.3 s.
+#[test]
+fn the_arm_stands_for_a_time_or_for_turns() {
+    let head = "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 Z+5 R0 FMAX M3\nQ23 = 2\n";
+    let of = |block: &str| conversational(&format!("{head}{block}\nL X+9 F100\nEND PGM A MM\n"));
+    for (block, expected) in [
+        ("FUNCTION DWELL TIME+Q23", 2.0),
+        ("FUNCTION DWELL TIME10", 10.0),
+        ("FUNCTION DWELL REV15", 0.3),
+    ] {
+        let program = of(block).unwrap();
+        let Timing::Seconds(seconds) = program.moves[1].timing else { panic!("{block}") };
+        assert!((seconds - expected).abs() < 1e-12, "{block}: {seconds}");
+    }
+    for (block, said) in [
+        ("FUNCTION DWELL", "needs TIME or REV"),
+        ("FUNCTION DWELL TIME+Q24", "Q parameters"),
+        ("FUNCTION FEED DWELL D-TIME0.5 F-TIME5", "FUNCTION FEED is not supported"),
+    ] {
+        let found = of(block).unwrap_err();
+        assert!(found[0].what.contains(said) && at(&found[0]) == 5, "{block}: {found:?}");
+    }
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use detune::motion::{Move, Target};
-use detune::notes::Code;
-use detune::program::{Dialect, ExternalAxis, Program, Settings, read};
+use detune::notes::{Code, Note};
+use detune::program::{Assumed, Companion, Dialect, ExternalAxis, Program, Settings, read};
 use nalgebra::Vector3;
 
 use super::support::{assert_ends, assert_pose, at, end, lines, module, pose, rapid, settings};
@@ -477,4 +477,140 @@ fn jumps_go_to_labels() {
     let passed = rapid(&module(&format!("{}\nGOTO out;\n{}\nout:\n{}", at(0.0), at(1.0), at(2.0))));
     assert_eq!(passed.moves.len(), 2);
     assert!(passed.warnings.iter().any(|note| note.code == Code::MotionLeftOut), "{passed:?}");
+}
+
+/// Instructions from line 4 on, data and routines behind them, and what the job assumes.
+fn assuming(body: &str, more: &str, assumed: &[(&str, Assumed)]) -> Result<Program, Vec<Note>> {
+    let text = module(body).replace("ENDMODULE", &format!("{more}\nENDMODULE"));
+    let assume = assumed.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+    read(text.as_bytes(), Dialect::Rapid, &Settings { assume, ..settings() })
+}
+
+/// Lines of what may move and is not read.
+fn left_out(program: &Program) -> Vec<usize> {
+    program.warnings.iter().filter(|note| note.code == Code::MotionLeftOut).map(at).collect()
+}
+
+/// A loop that moves until an input, a clock or another task changes: the job says of one moment what it is.
+#[test]
+fn a_loop_that_others_end_is_read_once() {
+    const MOVE: &str = "MoveL p,v5,fine,tool0;";
+    let of = |condition: &str, inside: &str, assumed: &[(&str, Assumed)]| {
+        let body = format!("{MOVE}\nWHILE {condition} DO\n{inside}\nENDWHILE\n{MOVE}");
+        assuming(&body, "PERS bool run:=TRUE;\nVAR num n:=0;", assumed)
+    };
+    let said = |name: &'static str, value: bool| [(name, Assumed::Truth(value))];
+    for (condition, assumed) in [
+        ("di1=0", &said("di1", false)[..]),
+        ("DInput(di1)=0", &said("di1", false)),
+        ("n=0 AND di1=0", &said("di1", false)),
+        ("di1=0 AND StrToVal(\"2\",n)", &said("di1", false)),
+        ("ClkRead(c)<5", &[("clkread", Assumed::Number(3.0))]),
+        ("run", &[]),
+        ("run", &said("run", true)),
+    ] {
+        let found = of(condition, MOVE, assumed).unwrap();
+        assert_eq!(lines(&found), [4, 6, 8], "{condition}");
+        assert!(left_out(&found).contains(&5), "{condition}: {:?}", found.warnings);
+    }
+    // What decides without the job, what the job says is not so, and waiting.
+    for (condition, inside, assumed) in [
+        ("di1=0", MOVE, said("di1", true)),
+        ("DInput(di1)=0", MOVE, said("di1", true)),
+        ("ClkRead(c)<5", MOVE, [("clkread", Assumed::Number(9.0))]),
+        ("n>0 AND di1=0", MOVE, said("di1", false)),
+        ("run", MOVE, said("run", false)),
+        ("di1=0", "WaitTime 0.1;", said("di1", true)),
+    ] {
+        let found = of(condition, inside, &assumed).unwrap();
+        assert_eq!((lines(&found), left_out(&found)), (vec![4, 8], vec![]), "{condition}");
+    }
+    // What the loop sets, or leaves.
+    let counted = of("n<2 AND di1=0", &format!("{MOVE}\nn:=n+1;"), &said("di1", false)).unwrap();
+    assert_eq!(lines(&counted), [4, 6, 6, 9]);
+    let left = of("run", &format!("{MOVE}\nn:=n+1;\nIF n=2 RETURN;"), &said("run", true));
+    assert_eq!(lines(&left.unwrap()), [4, 6, 6]);
+}
+
+/// `WaitDI di1,0` goes on where the input is no longer what the job says.
+#[test]
+fn behind_a_wait_the_message_says_that_assume_holds_no_longer() {
+    for asked in ["di1=1", "DInput(di1)=1"] {
+        let body = format!("WaitDI di1,0;\nIF {asked} MoveL p,v5,fine,tool0;");
+        let found = assuming(&body, "", &[("di1", Assumed::Truth(true))]).unwrap_err();
+        assert_eq!(at(&found[0]), 5, "{found:?}");
+        assert!(found[0].what.contains("holds until something sets it or waits"), "{found:?}");
+        assert!(!found[0].what.contains("assume: "), "{found:?}");
+    }
+}
+
+/// Technical reference manual: CallByVar "proc",2 calls proc2; %"proc2"% does so, too.
+#[test]
+fn procedures_are_called_by_names_in_strings() {
+    let at = |x: f64| format!("MoveL Offs(p,{x},0,0),v5,fine,tool0;");
+    let more = format!(
+        "CONST string named:=\"GO2\";\nPROC go1()\n{}\nENDPROC\nPROC Go2()\n{}\nENDPROC\n\
+         PROC there(num x)\nMoveL Offs(p,x,0,0),v5,fine,tool0;\nENDPROC",
+        at(1.0),
+        at(2.0)
+    );
+    let of = |call: &str, assumed: &[(&str, Assumed)]| {
+        assuming(&format!("VAR num n:=2;\n{}\n{call}", at(0.0)), &more, assumed)
+    };
+    for (call, expected) in [
+        ("%\"go1\"%;", 1.0),
+        ("%\"Go\"+ValToStr(n)%;", 2.0),
+        ("%\"go\"+NumToStr(n-1,0)%;", 1.0),
+        ("%named%;", 2.0),
+        ("%\"there\"% 7;", 7.0),
+        ("%\"the\"+\"re\"% n+1;", 3.0),
+        ("CallByVar \"go\",n;", 2.0),
+        ("FOR i FROM 1 TO n DO\nCallByVar \"go\",i;\nENDFOR", 2.0),
+    ] {
+        let found = of(call, &[]).unwrap_or_else(|found| panic!("{call}: {found:?}"));
+        let last = end(found.moves.last().unwrap()).1.translation.x * 1e3 - 100.0;
+        assert!((last - expected).abs() < 1e-6, "{call}: {last}");
+        assert_eq!(left_out(&found), [0; 0], "{call}: {:?}", found.warnings);
+    }
+    // One that is in no file is a doubt, as where it is named in the text.
+    for call in ["gone;", "%\"gone\"%;", "%\"gone\"+ValToStr(n)%;", "CallByVar \"go\",n+1;"] {
+        let found = of(call, &[]).unwrap();
+        assert_eq!((found.moves.len(), left_out(&found)), (1, vec![6]), "{call}");
+        assert!(!format!("{:?}", found.warnings).contains("CallByVar"), "{:?}", found.warnings);
+    }
+    let found = of("%\"gone\"+ValToStr(n)%;", &[]).unwrap();
+    assert!(found.warnings[0].what.starts_with("'gone2' is not in this file"), "{found:?}");
+    // A signal is 1 or 0, and a bool TRUE or FALSE.
+    let asked = "CallByVar \"go\",di1;";
+    let found = of(asked, &[("di1", Assumed::Truth(true))]).unwrap_err();
+    assert!(found[0].what.contains("assume: {\"di1\": 1} in the job says that"), "{found:?}");
+    assert_eq!(of(asked, &[("di1", Assumed::Number(1.0))]).unwrap().moves.len(), 2);
+    // Which one only the run knows.
+    let asked = "CallByVar \"go\",GInput(gi1);";
+    let found = of(asked, &[]).unwrap_err();
+    let said = "a call by a name in a string decides about motion at run time";
+    assert!(found[0].what.contains(said), "{found:?}");
+    assert!(found[0].what.contains("assume: {\"gi1\": …}"), "{found:?}");
+    assert_eq!(of(asked, &[("gi1", Assumed::Number(2.0))]).unwrap().moves.len(), 2);
+}
+
+/// A LOCAL procedure is seen in its module alone, by a name in a string, too.
+#[test]
+fn a_name_in_a_string_is_no_local_procedure_of_another_module() {
+    const MOVE: &str = "MoveL p,v5,fine,tool0;";
+    let other = format!(
+        "MODULE b\nLOCAL PROC lo2()\n{MOVE}\nENDPROC\nPROC inside()\n%\"lo\"+\"2\"%;\nENDPROC\nENDMODULE"
+    );
+    let of = |call: &str| {
+        let companions = vec![Companion { name: "b.mod".to_owned(), text: other.clone() }];
+        let text = module(&format!("{MOVE}\n{call}"));
+        read(text.as_bytes(), Dialect::Rapid, &Settings { companions, ..settings() }).unwrap()
+    };
+    for call in ["lo2;", "%\"lo2\"%;", "%\"lo\"+\"2\"%;", "CallByVar \"lo\",2;"] {
+        let found = of(call);
+        assert_eq!((found.moves.len(), left_out(&found)), (1, vec![5]), "{call}");
+        assert!(found.warnings[0].what.starts_with("'lo2' is not in"), "{call}: {found:?}");
+    }
+    let found = of("inside;");
+    assert_eq!((found.moves.len(), left_out(&found)), (2, vec![]));
 }

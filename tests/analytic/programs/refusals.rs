@@ -1,6 +1,6 @@
 //! RAPID that must not be read as if it were understood, and bytes that are no program.
 
-use detune::program::{Dialect, Settings, read};
+use detune::program::{Companion, Dialect, Settings, read};
 
 use super::support::{at, faults, module, settings};
 
@@ -24,6 +24,10 @@ fn motion_that_is_not_understood_is_refused_with_its_line() {
         ("MoveAbsJ [[1,2,3],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;", "6 numbers"),
         ("SearchL di1,p,p,v5,tool0;", "'SearchL' moves"),
         ("ArcL p,v5,seam1,weld1,fine,tool0;", "'ArcL' moves"),
+        ("ArcMoveL p,v5,fine,tool0;", "'ArcMoveL' moves and is not understood"),
+        ("PaintL p,v5,bd,z10,tool0;", "'PaintL' moves and is not understood"),
+        ("SpotJ p,v5,gun1,spot1,tool0;", "'SpotJ' moves and is not understood"),
+        ("DispL\\On,p,v5,bead1,fine,tool0;", "'DispL' moves and is not understood"),
         ("GluePath Offs(p,0,0,1),5;", "'GluePath' moves"),
         ("GluePath [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "'GluePath' moves"),
         ("PDispSet dispA;", "program displacement"),
@@ -45,6 +49,9 @@ fn motion_that_is_not_understood_is_refused_with_its_line() {
         ("TEST 1\nCASE kElse: MoveL p,v5,fine,tool0;\nCASE 1:\nENDTEST", "TEST decides"),
         ("FOR i FROM 1 TO 2 STEP 0 DO\nENDFOR", "STEP is 0"),
         ("FOR i FROM 1 TO 1E12 DO\nENDFOR", "a loop without an end"),
+        ("MoveL MirPos(p,p),v5,fine,tool0;", "write the value into a copy of the program"),
+        ("MoveL Offs(p,StrLen(NumToStr(0.125,2)),0,0),v5,fine,tool0;", "write the string itself"),
+        ("IF 0.7*10<7 MoveL p,v5,fine,tool0;", "rounding to seven digits decides"),
         ("WHILE reg1<1 DO reg1:=2*reg1; ENDWHILE", "a loop without an end"),
         ("VelSet 0,100;", "both positive"),
         ("main;", "nested too deep"),
@@ -113,6 +120,15 @@ fn structure_that_is_broken_is_refused() {
         ("MODULE m\nPROC main()\nENDPROC\nPROC MAIN()\nENDPROC\nENDMODULE", 4, "declared twice"),
         ("MODULE m\nVAR num x:=;\nPROC main()\nENDPROC\nENDMODULE", 2, "expected a value"),
         ("MoveL p,v5,fine,tool0;", 1, "expected MODULE, PROC or a declaration"),
+        // A file that was cut off.
+        ("MODULE m\nPROC main()\nWaitTime 1;\nENDPROC\n", 4, "expected ENDMODULE of 'm'"),
+        ("MODULE m\nVAR num x;\nMODULE k\nENDMODULE", 3, "expected ENDMODULE of 'm'"),
+        ("PROC main()\nWaitTime 1;\nERROR\nRETRY;\n", 4, "expected ENDPROC of 'main'"),
+        (
+            "MODULE m\nPROC main()\nERROR\nRETRY;\nPROC a()\nENDPROC\nENDMODULE",
+            5,
+            "expected ENDPROC of 'main'",
+        ),
     ] {
         let found = faults(text, Dialect::Rapid);
         assert!(
@@ -120,6 +136,25 @@ fn structure_that_is_broken_is_refused() {
             "{text}: {found:?}"
         );
     }
+    // One cut is one error, and a module that another follows is none.
+    for (text, cut) in [
+        ("MODULE m\nPROC main()\nWaitTime 1;\nERROR\nRETRY;\n", true),
+        ("MODULE m\nPROC main()\nENDPROC\nPROC z()\nMoveL", true),
+        ("MODULE m\nPROC main()\nENDPROC\nMODULE k\nENDMODULE", false),
+    ] {
+        let found = faults(text, Dialect::Rapid);
+        let said = found.iter().filter(|fault| fault.what.contains("the file is cut off"));
+        assert_eq!(said.count(), usize::from(cut), "{found:?}");
+        assert!(!cut || found.len() == 1, "{found:?}");
+    }
+    let text = module("MoveL p,v5,fine,tool0;");
+    let companions = vec![Companion { name: "data.sys".to_owned(), text: "MODULE d".to_owned() }];
+    let job = Settings { companions, ..settings() };
+    let cut = read(text.as_bytes(), Dialect::Rapid, &job).expect_err("data.sys is cut off");
+    assert!(cut[0].what.starts_with("data.sys:1: expected ENDMODULE of 'd'"), "{cut:?}");
+    // Procedures alone need no module.
+    let bare = text.lines().filter(|line| !line.contains("MODULE")).collect::<Vec<_>>().join("\n");
+    assert!(read(bare.as_bytes(), Dialect::Rapid, &settings()).is_ok());
     let open = faults(&module("IF 1<2 THEN\nMoveL p,v5,fine,tool0;"), Dialect::Rapid);
     assert!(open.iter().any(|fault| fault.what.contains("expected ENDIF")), "{open:?}");
 }

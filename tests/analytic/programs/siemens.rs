@@ -109,6 +109,7 @@ fn reaming_has_feeds_of_its_own() {
 
 #[test]
 fn what_is_not_clear_is_refused() {
+    refused("G81 X8 Y0 R3=-.023 CR=3 R10=10.5\n", "840C");
     refused("MCALL CYCLE86(20,0,2,-8,,0,3,,1,0,200,200)\nX5\n", "CYCLE86");
     refused("MCALL POCKET3(20,0,2,-8)\nX5\n", "MCALL");
     refused("CYCLE81(20,0,2,-8,5)\n", "different depths");
@@ -374,6 +375,49 @@ fn subprograms_have_parameters() {
         let found = with(head, text).unwrap_err();
         assert!(found[0].what.contains(said), "{text}: {found:?}");
     }
+}
+
+/// ENDPROC ends what PROC begins.
+#[test]
+fn a_procedure_has_an_end() {
+    let text = "PROC SLOT(REAL LONG)\nG1 X=LONG\nENDPROC\n".to_owned();
+    let companions = vec![Companion { name: "SLOT.spf".to_owned(), text }];
+    let settings = Settings { companions, ..settings() };
+    let text = format!("{HEAD}SLOT(10)\nX20\nM30\n");
+    let program = read(text.as_bytes(), Dialect::Sinumerik, &settings).unwrap();
+    assert_ends(&program, &[0.0, 10.0, 20.0].map(|x| ('L', [x, 0.0, 50.0])));
+}
+
+/// It ends the subprogram alone, as M17 (Siemens, SINUMERIK 840D sl Job Planning, "Subprogram
+/// call").
+#[test]
+fn m30_in_a_subprogram_goes_back() {
+    for end in ["M30", "M2", "M17"] {
+        let companions =
+            vec![Companion { name: "L10.spf".into(), text: format!("G1 X10\n{end}\n") }];
+        let settings = Settings { companions, ..settings() };
+        let text = format!("{HEAD}L10\nX20\nM30\n");
+        let program = read(text.as_bytes(), Dialect::Sinumerik, &settings).unwrap();
+        assert_ends(&program, &[0.0, 10.0, 20.0].map(|x| ('L', [x, 0.0, 50.0])));
+        let doubts = program.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+        assert_eq!(doubts.count(), usize::from(end != "M17"), "{:?}", program.warnings);
+    }
+}
+
+#[test]
+fn limits_of_an_axis_are_refused() {
+    for word in ["FL[X]=500", "ACC[X]=50", "VELOLIM[X]=80"] {
+        refused(&format!("{word}\nG1 X10\n"), "limits of an axis are not read");
+    }
+}
+
+/// A file of several programs, as a control saves them.
+#[test]
+fn programs_in_one_file_are_to_be_split() {
+    let text = format!("%_N_MAIN_MPF\n{HEAD}L10\nM30\n%_N_L10_SPF\nG1 X10\nM17\n");
+    let found = read(text.as_bytes(), Dialect::Sinumerik, &settings()).unwrap_err();
+    assert!(found[0].what.contains("a file of several programs"), "{found:?}");
+    assert_eq!(at(&found[0]), 7);
 }
 
 #[test]

@@ -114,6 +114,46 @@ fn tools_under_one_tcp_are_a_doubt_unless_the_job_measures_them() {
     assert_eq!(doubts(&rapid, Dialect::Rapid, &job), [6]);
 }
 
+/// H chooses the length while G43 holds, also in a block of its own.
+#[test]
+fn another_length_without_g43_is_a_doubt() {
+    let doubts = |text: &str| {
+        let text = format!("G21 T1 M6\nG43 H1 G0 X0 Y0 Z5\nG1 X9 F400\n{text}");
+        told(&of(&text, Dialect::GCode, &settings()), Code::ChangeIgnored)
+    };
+    assert_eq!(doubts("X10 H2\nZ0"), [4]);
+    assert_eq!(doubts("X10 H1\nZ0"), NONE);
+    assert_eq!(doubts("G0 G49 Z50\nX10 H2"), NONE);
+}
+
+/// Behind a change between inches and mm, F without a new number is the same feed or the same number.
+#[test]
+fn a_feed_that_is_kept_in_another_unit_is_a_doubt() {
+    let doubts = |text: &str, dialect| {
+        let text = format!("G21 G90 G94\nS900 M3\nG0 X0 Y0 Z5\nG1 X10 F200\n{text}");
+        told(&of(&text, dialect, &settings()), Code::UnitAssumed)
+    };
+    for (text, lines) in [
+        ("G20\nX1", vec![6]),
+        // Back in its own unit the feed is what it was.
+        ("G20\nX1\nG21\nX2", vec![6]),
+        ("G20 X1\nX2", vec![5]),
+        ("G20\nG0 X1\nG2 X2 R1", vec![7]),
+        ("G20\nG99 G81 X1 Z-1 R0.1", vec![6]),
+        ("G21\nX1", vec![]),
+        ("G20\nG21\nX1", vec![]),
+        ("G20\nF8\nX1", vec![]),
+        ("G20\nG0 X1\nG1 X2 F8\nG0 X3", vec![]),
+        ("G20\nG93 X1 F8", vec![]),
+    ] {
+        assert_eq!(doubts(text, Dialect::GCode), lines, "{text}");
+    }
+    // Sinumerik's G70 leaves the unit of feeds.
+    assert_eq!(doubts("G70\nX1", Dialect::Sinumerik), NONE);
+    assert_eq!(doubts("G700\nX1", Dialect::Sinumerik), [6]);
+    assert_eq!(doubts("G700\nX1 FB=8\nX2", Dialect::Sinumerik), [7]);
+}
+
 #[test]
 fn lengths_without_a_unit_are_a_doubt_where_they_look_like_inches() {
     let found = |body: &str| {

@@ -172,8 +172,7 @@ fn ways_onto_a_contour() {
     let found = places(&run(&format!("{arc}CR X+20 Y+10 R+10 DR+\n")).unwrap());
     close((found[2].1.xy() - Vector2::new(10.0, 35.0)).norm(), 0.0);
     let depth = run("L X+40 F300\nAPPR LT X+10 Y+20 Z-5 LEN15 RR F100\nL X+20 Y+35\n").unwrap();
-    let told = depth.warnings.iter().filter(|note| note.code == Code::Assumed);
-    assert!(told.map(|note| &note.what).any(|what| what.contains("Z is taken to move apart")));
+    assert_eq!(doubts(&depth), [5]);
     let on = "\nL X+20 Y+35\n";
     refused(&format!("L X+40 F300\nAPPR LCT X+10 Y+20 R5 R0{on}"), "side is not stated");
     refused(&format!("L X+11 Y+20 F300\nAPPR LCT X+10 Y+20 R50 RR{on}"), "inside its arc");
@@ -181,6 +180,45 @@ fn ways_onto_a_contour() {
     refused(&format!("CC X+0 Y+0\nL X+40 F300\nAPPR PLT PR+10 LEN5 RL{on}"), "needs PR and PA");
     refused("L X+40 F300\nAPPR LT X+10 Y+20 LEN15 RR\n", "must go on with L, LP, C, CP or CR");
     refused(&format!("L X+40 F300\nAPPR LT X+10 Y+20 RR{on}"), "without LEN");
+}
+
+/// Lines of doubts about the way.
+fn doubts(program: &Program) -> Vec<usize> {
+    let told = program.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+    told.map(at).collect()
+}
+
+/// The line is tangent to the contour: the arc of LCT turns by 0°.
+#[test]
+fn ways_that_are_in_line_with_the_contour_have_no_arc() {
+    let along = |blocks: &str, steps: &[f64], way: [f64; 2]| {
+        let program = run(blocks).unwrap();
+        let ends: Vec<_> = steps.iter().map(|s| ('L', [s * way[0], s * way[1], 10.0])).collect();
+        assert_ends(&program, &ends);
+        assert!(doubts(&program).is_empty(), "{blocks}: {:?}", program.warnings);
+    };
+    for side in ["RL", "RR"] {
+        let onto = format!("APPR LCT X+20 Y+0 R5 {side} F100\nL X+40\n");
+        along(&onto, &[0.0, 20.0, 40.0], [1.0, 0.0]);
+        let off = format!("L X+20 {side} F100\nL X+40\nDEP LCT X+60 Y+0 R5\n");
+        along(&off, &[0.0, 20.0, 40.0, 60.0], [1.0, 0.0]);
+        let polar = format!("CC X+0 Y+0\nL X+20 {side} F100\nL X+40 Y+0\nDEP PLCT PR+60 PA+0 R5\n");
+        along(&polar, &[0.0, 20.0, 40.0, 60.0], [1.0, 0.0]);
+        let slanted = format!("L X+10 Y+30 F200\nAPPR LCT X+20 Y+60 R5 {side}\nL X+40 Y+120\n");
+        along(&slanted, &[0.0, 10.0, 20.0, 40.0], [1.0, 3.0]);
+    }
+    // Off by a micrometre to either side: on one of them the arc would be a whole circle but for
+    // 0.00025 mm. Off by a millimetre, it is one but for 0.25 mm.
+    let from =
+        |y: f64| run(&format!("L Y{y:+} F200\nAPPR LCT X+20 Y+0 R5 RL F100\nL X+40\n")).unwrap();
+    for (y, lines) in [(0.001, vec![]), (-0.001, vec![5])] {
+        let program = from(y);
+        let ends = [[0.0, 0.0], [0.0, y], [20.0, 0.0], [40.0, 0.0]];
+        assert_ends(&program, &ends.map(|[x, y]| ('L', [x, y, 10.0])));
+        assert_eq!(doubts(&program), lines, "{y}");
+    }
+    let arcs = places(&from(-1.0)).iter().filter(|(via, _)| via.is_some()).count();
+    assert_eq!((arcs, doubts(&from(-1.0))), (2, vec![]));
 }
 
 #[track_caller]
@@ -253,6 +291,12 @@ fn ways_off_a_contour() {
         assert!((about - off).perp(&(end.xy() - off)) * sign > 0.0);
         assert_eq!(lct.last().unwrap().1, Vector3::new(20.0 + sign * 15.0, 12.0, 30.0));
     }
+    // Newer controls move the tool axis together with the others.
+    let of = |height: &str| {
+        let text = format!("L X+20 RR F300\nL Y+20\nDEP LCT X+35 Y+12{height} R8 F100\n");
+        doubts(&run(&text).unwrap())
+    };
+    assert_eq!((of(" Z+30"), of(" Z+10"), of("")), (vec![6], vec![], vec![]));
     refused("L X+20 F300\nDEP LN LEN5\n", "side is not stated");
     refused("DEP LT LEN5 F100\n", "no element of a contour");
 }
@@ -374,6 +418,14 @@ fn the_work_may_be_shifted() {
     for ((_, found), expected) in places(&program)[1..].iter().zip(expected) {
         close((found.xy() - Vector2::from(expected)).norm(), 0.0);
     }
+    let program = run("TRANS DATUM AXIS X+50 Y-10\nL X+1 Y+1 F300\nTRANS DATUM AXIS IX+5\nL X+0\n\
+         TRANS DATUM RESET\nL X+1 Y+1\n")
+    .unwrap();
+    let places = |[x, y]: [f64; 2]| ('L', [x, y, 10.0]);
+    assert_ends(&program, &[[0.0, 0.0], [51.0, -9.0], [55.0, -9.0], [1.0, 1.0]].map(places));
+    refused("TRANS DATUM TABLE TABLINE5\n", "from a table");
+    refused("TRANS ROTATION ROT+30\n", "TRANS ROTATION turns");
+    refused("TRANS DATUM AXIS C+30\n", "TRANS DATUM AXIS shifts or turns");
 }
 
 #[test]

@@ -14,7 +14,7 @@ const NONE: [usize; 0] = [];
 const MOVE: &str = "L P[2] 9mm/sec FINE ;\n";
 
 /// Four corners, from P[1] on; statements from line 6 on.
-fn with(statements: &str, job: &Settings) -> Read {
+fn whole(statements: &str, job: &Settings) -> Read {
     let corners = [(1, 0.0, 0.0), (2, 100.0, 0.0), (3, 100.0, 100.0), (4, 0.0, 100.0)];
     let points = corners.map(|(number, x, y)| {
         format!(
@@ -27,7 +27,12 @@ fn with(statements: &str, job: &Settings) -> Read {
          {}/END\n",
         points.concat()
     );
-    let mut found = read(text.as_bytes(), Dialect::Fanuc, job)?;
+    read(text.as_bytes(), Dialect::Fanuc, job)
+}
+
+/// Without the first move.
+fn with(statements: &str, job: &Settings) -> Read {
+    let mut found = whole(statements, job)?;
     found.moves.remove(0);
     Ok(found)
 }
@@ -339,6 +344,59 @@ fn an_offset_of_an_arc_says_why_it_is_not_read() {
         let text = format!("{set}C P[2]\n : P[3] 9mm/sec FINE {own},PR[1] ;\n");
         assert_refused(&tp(&text), 7, &[&format!("whether {own} of C shifts both of its points")]);
     }
+}
+
+/// An option behind the first point of an arc is of that point.
+#[test]
+fn an_offset_of_the_first_point_of_an_arc_is_named() {
+    for own in ["Offset,PR[1]", "Tool_Offset,PR[1:out]", "Offset"] {
+        let text = format!("C P[2] {own}\n : P[3] 9mm/sec FINE ;\n");
+        let said =
+            format!("{} of the first point of C is not read", own.split(',').next().unwrap());
+        assert_refused(&tp(&text), 6, &[&said]);
+    }
+}
+
+/// HandlingTool's own macros drive outputs, of which the cell says which.
+#[test]
+fn hands_are_outputs() {
+    for hand in ["Close hand 1", "OPEN HAND 2", "Relax hand 1"] {
+        let found = tp(&format!("{hand} ;\n{MOVE}"));
+        assert_eq!(
+            (moves(&found), told(&found, Code::MotionLeftOut)),
+            (1, NONE.to_vec()),
+            "{hand}"
+        );
+        let asked = tp(&format!("RO[1]=ON ;\n{hand} ;\n{}", unless("RO[1]=ON")));
+        assert_refused(&asked, 8, &[&format!("'{hand}' of line 7 may set it")]);
+        let within = format!("IF DI[1]=ON,JMP LBL[2] ;\n{hand} ;\nLBL[2] ;\n{MOVE}");
+        assert_eq!(moves(&tp(&within)), 1);
+    }
+    let twice = tp(&format!("Close hand 1 ;\nOpen hand R[2] ;\n{MOVE}")).unwrap();
+    let is_told = |note: &&Note| note.what.starts_with("hands are taken");
+    assert_eq!(twice.warnings.iter().filter(is_told).map(at).collect::<Vec<_>>(), [6]);
+    for other in ["OPEN HANDLE", "OPEN HAND AND MOVE HOME", "Open hand", "Open hand 1 slow"] {
+        assert_refused(&tp(&format!("{other} ;\n{MOVE}")), 6, &["if it is a macro, write CALL"]);
+    }
+}
+
+/// What the job assumes of an output is for where the program asks first.
+#[test]
+fn a_hand_ends_what_the_job_assumes_of_an_output() {
+    let job = job(&[("ro[1]", Assumed::Truth(true))]);
+    let asks = |label: u8| format!("IF RO[1]=ON,JMP LBL[{label}] ;\n{MOVE}LBL[{label}] ;\n");
+    let twice = |between: &str| with(&format!("{}{between}{}", asks(1), asks(2)), &job);
+    assert_eq!(moves(&twice("")), 0);
+    assert_refused(&twice("Close hand 1 ;\n"), 10, &["'Close hand 1' of line 9 may set it"]);
+    assert_eq!(moves(&with(&format!("Close hand 1 ;\n{}", asks(1)), &job)), 0);
+}
+
+/// Where the path is planned it is known whether other arm configurations reach the start.
+#[test]
+fn the_configuration_at_the_start_is_left_to_the_path() {
+    let found = whole(MOVE, &job(&[])).unwrap();
+    let said = found.moves.iter().map(|each| each.stated.uncompared.as_deref());
+    assert_eq!(said.collect::<Vec<_>>(), [Some("CONFIG 'N U T'"), None]);
 }
 
 #[test]

@@ -262,6 +262,7 @@ fn frames_of_a_point_of_tp_are_the_chosen_ones() {
         let found = found(body, numbers);
         assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [4], "{body}: {found:?}");
         assert!(found[0].what.contains(said), "{body}: {found:?}");
+        assert!(found[0].what.contains("unless $FRM_CHKTYP = -1"), "{found:?}");
     }
     for body in ["UTOOL_NUM=1 ;\nUFRAME_NUM=1", "R[1]=1"] {
         assert!(found(body, numbers).is_empty(), "{body}");

@@ -1,0 +1,122 @@
+//! Variables of Sinumerik's: those that a program declares (DEF), its arrays, and the control's.
+
+use super::assumed::is_word;
+use super::expression::{Key, Parameters, Reader, not_vacant};
+
+/// Of an array.
+const MOST_ELEMENTS: u32 = 1000;
+
+impl Reader<'_> {
+    /// A variable, or an element of an array.
+    pub(super) fn of_variable(&mut self) -> Result<f64, String> {
+        let name = self.variable();
+        match self.bytes.get(self.at) {
+            Some(b'[') => {
+                let key = self.indexed(name)?;
+                self.parameter(key)
+            }
+            other if other != Some(&b'(') && name.len() > 1 && !is_word(&name) => {
+                self.parameter(Key::Name(name))
+            }
+            _ => Err(format!("'{}' is not understood in an expression", name.to_uppercase())),
+        }
+    }
+
+    /// `[2]` behind the name of an array in lower case, or behind R.
+    pub(super) fn indexed(&mut self, name: String) -> Result<Key, String> {
+        let index = whole(self.deeper(Self::value)?)?;
+        Ok(Key::Name(if name == "r" { format!("r{index}") } else { format!("{name}[{index}]") }))
+    }
+
+    /// A variable of the control, `$MN_USER_DATA_INT[1]`, `$MA_MAX_AX_VELO[X1]`, whose indices are
+    /// numbers or axes.
+    pub(super) fn of_control(&mut self) -> Result<f64, String> {
+        self.at += 1;
+        let name = format!("${}", self.variable());
+        if !self.take(b'[') {
+            return self.parameter(Key::Name(name));
+        }
+        let mut all = vec![self.deeper(Self::index_of_control)?];
+        while self.take(b',') {
+            all.push(self.deeper(Self::index_of_control)?);
+        }
+        if !self.take(b']') {
+            return Err(format!("expected ']' behind the index of {}", name.to_uppercase()));
+        }
+        self.parameter(Key::Name(format!("{name}[{}]", all.join(","))))
+    }
+
+    /// A number that is worked out, or the name of an axis as it stands there.
+    fn index_of_control(&mut self) -> Result<String, String> {
+        let begins = self.peek().is_some_and(|byte| byte.is_ascii_alphabetic());
+        let before = self.at;
+        let name = self.variable();
+        let is_alone = matches!(self.peek(), Some(b',' | b']'));
+        let key = Key::Name(name);
+        if begins && is_alone && !self.parameters.is_variable(&key) {
+            return Ok(key.name().unwrap_or_default().to_owned());
+        }
+        self.at = before;
+        whole(not_vacant(self.expression()?)?).map(|index| index.to_string())
+    }
+}
+
+/// The index of an element.
+fn whole(index: f64) -> Result<f64, String> {
+    if index >= 0.0 && index.fract() == 0.0 {
+        Ok(index)
+    } else {
+        Err(format!("the index is {index}, expected a whole number from 0"))
+    }
+}
+
+/// What stands behind DEF: `REAL _depth = 5, _feeds[3]`. Numbers, 0 where nothing is said. Texts
+/// are left out: what reads them is told that nothing has set them.
+pub(super) fn defined(text: &str, known: &Parameters) -> Result<Vec<(Key, f64)>, String> {
+    let (kind, names) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+    let key: fn(String) -> Key = match kind.to_ascii_uppercase().as_str() {
+        "REAL" => Key::Name,
+        "INT" => Key::Whole,
+        "BOOL" => Key::Truth,
+        _ => return Ok(Vec::new()),
+    };
+    let mut all = Vec::new();
+    for part in names.split(',') {
+        if let Some((name, size)) = part.split_once('[') {
+            let name = name.trim().to_ascii_lowercase();
+            let size = size.trim_end().strip_suffix(']').and_then(|size| size.trim().parse().ok());
+            let size = size.filter(|size| (1..=MOST_ELEMENTS).contains(size)).ok_or_else(|| {
+                format!(
+                    "DEF of the array '{name}': arrays are read with one dimension, a number for \
+                     their size up to {MOST_ELEMENTS} and no values behind it"
+                )
+            })?;
+            all.extend((0..size).map(|index| (key(format!("{name}[{index}]")), 0.0)));
+            continue;
+        }
+        let (name, value) = part.split_once('=').unwrap_or((part, "0"));
+        let mut reader = Reader::new(value.as_bytes(), 0, known);
+        let value = not_vacant(reader.expression()?)?;
+        if let Some(byte) = reader.peek() {
+            return Err(format!("'{}' is not understood behind DEF", char::from(byte)));
+        }
+        all.push((key(name.trim().to_ascii_lowercase()), value));
+    }
+    Ok(all)
+}
+
+/// `R[4]=`, `FEEDS[2]=`, whose `[` is at a place: what is set, and where the value begins.
+pub(super) fn element(
+    name: &str,
+    line: &[u8],
+    at: usize,
+    known: &Parameters,
+) -> Result<(Key, usize), String> {
+    let wrong = || format!("'{name}[ ]' is no R parameter, and no element of an array of DEF");
+    let mut reader = Reader::new(line, at, known);
+    let key = reader.indexed(name.to_ascii_lowercase()).map_err(|why| format!("{name}: {why}"))?;
+    if !(name == "R" || known.knows(&key)) {
+        return Err(wrong());
+    }
+    if reader.take(b'=') { Ok((key, reader.at)) } else { Err(wrong()) }
+}

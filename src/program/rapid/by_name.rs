@@ -1,0 +1,77 @@
+//! Calls of procedures by a name in a string: `%"weld"+ValToStr(n)% p10;`, `CallByVar "weld",n;`.
+
+use super::cursor::Parsed;
+use super::interpreter::{Flow, Interpreter};
+use super::number::WRITE;
+use super::syntax::{Args, Block, Expr, Name, Operator, Statement, What};
+use super::value::Value;
+use crate::notes::Code;
+
+/// Procedures that one call may choose from.
+const MAX_CHOICE: usize = 200;
+
+/// How such a call is told.
+const SHOWN: &str = "a call by a name in a string";
+
+/// The name that `CallByVar` calls, of its arguments.
+pub(super) fn numbered(args: &Args) -> Option<Expr> {
+    let [start, number] = args.positional.as_slice() else { return None };
+    let digits = Args { positional: vec![number.clone()], optional: Vec::new() };
+    let digits = Expr::Call(Box::new((Name::new("ValToStr"), digits)));
+    Some(Expr::Binary(Operator::Plus, Box::new(start.clone()), Box::new(digits)))
+}
+
+/// What a name in a string begins with, as far as the text has it, in lower case.
+pub(super) fn start(name: &Expr) -> String {
+    match name {
+        Expr::Text(text) => text.trim_start().to_lowercase(),
+        Expr::Binary(Operator::Plus, first, _) => start(first),
+        _ => String::new(),
+    }
+}
+
+/// A call of one of the procedures of the files that a name may be that of.
+pub(super) fn choice(line: usize, name: Expr, args: &Args, procedures: Vec<Name>) -> Parsed<What> {
+    if procedures.len() > MAX_CHOICE {
+        return Err(format!("{SHOWN}, which may be that of more than {MAX_CHOICE} procedures"));
+    }
+    let call = |own: Name| {
+        let shown = own.shown.to_lowercase();
+        (shown, vec![Statement { line, what: What::Call(own, args.clone()) }])
+    };
+    let among = procedures.into_iter().map(call).collect();
+    Ok(What::CallByName(name, args.clone(), among))
+}
+
+impl<'a> Interpreter<'a> {
+    pub(super) fn call_by_name(
+        &mut self,
+        line: usize,
+        name: &'a Expr,
+        args: &'a Args,
+        among: &'a [(String, Block)],
+    ) -> Flow {
+        self.doubt_shared(line, SHOWN, vec![name], among.iter().map(|(_, call)| call).collect());
+        let why = match self.eval(name) {
+            Value::Text(text) => {
+                // Names ignore case.
+                let text = text.trim();
+                let found = among.iter().find(|(own, _)| *own == text.to_lowercase());
+                return match found {
+                    Some((_, call)) => self.block(call),
+                    None => {
+                        self.not_in_file(line, text);
+                        self.lose_arguments(&Name::new(text), args);
+                        Flow::Next
+                    }
+                };
+            }
+            Value::Unknown(why) => why.to_string(),
+            _ => format!("the name is no string: {WRITE}"),
+        };
+        // It may be that of a procedure in no file.
+        let what = format!("{SHOWN} decides about motion at run time: {why}");
+        self.log.error(Code::Motion, line, what);
+        Flow::Next
+    }
+}

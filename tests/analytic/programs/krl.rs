@@ -1,0 +1,318 @@
+//! KUKA KRL: what the basic package (bas.src of KSS) makes of inline forms, frames by number and by component, what
+//! types of positions lose, where the robot is behind joints, and what the job gives of data and functions.
+
+use detune::motion::Timing;
+use detune::notes::{Class, Code, Note};
+use detune::program::{Assumed, Companion, Dialect, Program, Settings, TipAt, read};
+use nalgebra::Isometry3;
+
+use super::support::{at, end, pose, settings};
+
+type Read = Result<Program, Vec<Note>>;
+
+const UPRIGHT: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
+
+const START: &str = "PTP {X 0,Y 0,Z 500,A 0,B 0,C 180}";
+
+/// Statements from line 3 on.
+fn with(body: &str, job: &Settings) -> Read {
+    read(format!("DEF p()\n$VEL.CP=0.1\n{body}\nEND\n").as_bytes(), Dialect::Krl, job)
+}
+
+fn krl(body: &str) -> Program {
+    with(body, &settings()).unwrap_or_else(|found| panic!("{body}: {found:?}"))
+}
+
+/// With a data list that all see.
+fn listed(data: &str) -> Settings {
+    let text = format!("DEFDAT $CONFIG PUBLIC\n{data}\nENDDAT\n");
+    Settings { companions: vec![Companion { name: "config.dat".to_owned(), text }], ..settings() }
+}
+
+fn assuming(name: &str, value: f64) -> Settings {
+    Settings { assume: [(name.to_owned(), Assumed::Number(value))].into(), ..settings() }
+}
+
+/// The job's work object lies at x = 700 mm.
+fn placed() -> Settings {
+    Settings { work_object: Some(pose([700.0, 0.0, 0.0], UPRIGHT)), ..settings() }
+}
+
+fn doubts(program: &Program) -> Vec<(Code, usize)> {
+    let told = program.warnings.iter().filter(|note| note.code.class() == Class::Doubt);
+    told.map(|note| (note.code, at(note))).collect()
+}
+
+/// X at the end of each move, mm.
+fn x(program: &Program) -> Vec<f64> {
+    let of = |each| (end(each).1.translation.x * 1e9).round() / 1e6;
+    program.moves.iter().map(of).collect()
+}
+
+#[track_caller]
+fn refused(found: Read, said: &str) {
+    let found = found.expect_err(said);
+    assert!(found.iter().any(|note| note.what.contains(said)), "{said}: {found:?}");
+}
+
+/// By how much the last move turns the tool from the first, degrees.
+fn turned(program: &Program) -> f64 {
+    let [first, last] = [program.moves.first(), program.moves.last()].map(|it| end(it.unwrap()).1);
+    first.rotation.angle_to(&last.rotation).to_degrees().round()
+}
+
+/// CP_DAT: $ORI_TYPE=LDAT_ACT.ORI_TYP, or #VAR where that is not set, and $CIRC_TYPE likewise.
+#[test]
+fn forms_say_how_the_tool_turns() {
+    const LINE: &str = "LIN {X 100,A 40}";
+    for (form, expected, is_doubt) in [
+        ("{VEL 2.0,ORI_TYP #CONSTANT,CIRC_TYP #BASE}", 0.0, false),
+        ("{VEL 2.0,ORI_TYP #VAR,CIRC_TYP #BASE}", 40.0, false),
+        ("{VEL 2.0}", 40.0, false),
+        ("{VEL 2.0,ORI_TYP #JOINT}", 40.0, true),
+    ] {
+        for bas in ["BAS(#CP_PARAMS,0.25)", "BAS(#CP_DAT)"] {
+            let before = ["#VAR", "#CONSTANT"][usize::from(expected > 0.0)];
+            let set = format!("{START}\n$ORI_TYPE={before}\nLDAT_ACT={form}\n{bas}");
+            let program = krl(&format!("{set}\n{LINE}"));
+            let told = if is_doubt { vec![(Code::AxisIgnored, 7)] } else { vec![] };
+            assert_eq!((turned(&program), doubts(&program)), (expected, told), "{form} {bas}");
+        }
+    }
+    // Data of a form that no file declares may say either.
+    let unknown = format!("{START}\nLDAT_ACT=LCP1\nBAS(#CP_PARAMS,0.25)\n");
+    assert_eq!(doubts(&krl(&format!("{unknown}{LINE}"))), [(Code::AxisIgnored, 6)]);
+    assert_eq!(doubts(&krl(&format!("{unknown}LIN {{X 100}}"))), []);
+
+    let arc = "CIRC {X 50,Y 50},{X 100,Y 0}";
+    let form = |form: &str| format!("{START}\nLDAT_ACT={form}\nBAS(#CP_PARAMS,0.25)\n{arc}");
+    let path = "{ORI_TYP #VAR,CIRC_TYP #PATH}";
+    assert_eq!(doubts(&krl(&form(path))), [(Code::AxisIgnored, 6)]);
+    assert_eq!(doubts(&krl(&form(&path.replace("PATH", "BASE")))), []);
+    let usual = with(&form("{ORI_TYP #VAR}"), &listed("DECL CIRC_TYPE DEF_CIRC_TYP=#PATH"));
+    assert_eq!(doubts(&usual.unwrap()), [(Code::AxisIgnored, 6)]);
+}
+
+/// VEL_CP and SVEL_CP take DEF_VEL_CP for what is beyond it; VEL_PTP and SVEL_JOINT shares of DEF_VEL_PTP.
+#[test]
+fn forms_run_no_faster_than_the_controller_says() {
+    let line = "SLIN {X 9} WITH $VEL=SVEL_CP(25,,LCP1)";
+    for (body, told) in [("BAS(#VEL_CP,25)\nLIN {X 9}", 4), (line, 4)] {
+        let body = format!("{START}\n{body}");
+        let program = krl(&body);
+        assert_eq!(program.moves[1].feed_m_per_s, 3.0);
+        assert_eq!(doubts(&program), [(Code::ChangeIgnored, told)]);
+        let program = with(&body, &listed("DECL GLOBAL REAL DEF_VEL_CP=2.0")).unwrap();
+        assert_eq!((program.moves[1].feed_m_per_s, doubts(&program)), (2.0, vec![]));
+    }
+    assert_eq!(doubts(&krl(&format!("{START}\nBAS(#VEL_CP,3)\nLIN {{X 9}}"))), []);
+    let half = listed("DECL GLOBAL INT DEF_VEL_PTP=50");
+    let form = "SPTP {X 9} WITH $VEL_AXIS[1]=SVEL_JOINT(40)";
+    for (body, share) in
+        [("BAS(#VEL_PTP,40)\nPTP {X 9}", 0.2), (form, 0.2), ("BAS(#INITMOV,0)\nPTP {X 9}", 0.5)]
+    {
+        let program = with(&format!("{START}\n{body}"), &half).unwrap();
+        assert_eq!(program.moves[1].timing, Timing::Joints(share), "{body}");
+    }
+}
+
+/// FRAME has X, Y, Z, A, B, C alone, POS S and T beside them, AXIS no external axes.
+#[test]
+fn types_of_positions_lose_components() {
+    let asked = |declared: &str, name: &str| {
+        let program = krl(&format!(
+            "DECL {declared} F\nDECL E6POS X2\n{START}\nX2={{X 100,Y 0,Z 500,A 0,B 0,C 180,S 2,T \
+             32}}\nF=X2\nPTP {name}"
+        ));
+        assert_eq!(x(&program), [0.0, 100.0]);
+        program.moves[1].stated.configuration.is_some()
+    };
+    assert!(asked("FRAME", "X2") && asked("POS", "F") && asked("E6POS", "F"));
+    assert!(!asked("FRAME", "F"));
+    // At 0 in the first, and elsewhere in the second.
+    let rail = |declared: &str, first: &str, then: &str| {
+        let body = format!("DECL {declared} F\nPTP {{{first},E1 0}}\nF={{{then},E1 500}}\nPTP F");
+        with(&body, &settings())
+    };
+    let poses = ["X 0,Y 0,Z 500,A 0,B 0,C 180", "X 9,Y 0,Z 500,A 0,B 0,C 180"];
+    let axes = ["A1 0,A2 0,A3 0,A4 0,A5 9,A6 0", "A1 5,A2 0,A3 0,A4 0,A5 9,A6 0"];
+    for (all, less, [first, then]) in
+        [("E6POS", "POS", poses), ("E6POS", "FRAME", poses), ("E6AXIS", "AXIS", axes)]
+    {
+        refused(rail(all, first, then), "external axis e1 moves from 0 to 500");
+        assert_eq!(rail(less, first, then).unwrap().moves.len(), 2, "{less}");
+    }
+}
+
+/// INITMOV ends with BASE(0), which is $WORLD: a job that has its work object elsewhere says which counts.
+#[test]
+fn coordinates_in_the_world_are_a_doubt_under_a_work_object() {
+    let init = |between: &str| format!("BAS(#INITMOV,0)\n{between}{START}\nLIN {{X 9}}");
+    let doubted = with(&init(""), &placed()).unwrap();
+    assert_eq!(
+        (x(&doubted), doubts(&doubted)),
+        (vec![700.0, 709.0], vec![(Code::ChangeIgnored, 4)])
+    );
+    // The job says where $WORLD is, or has its work object there.
+    let mut stated = placed();
+    stated.base_frames.insert(0, pose([20.0, 0.0, 0.0], UPRIGHT));
+    let at_world = Settings { work_object: Some(Isometry3::identity()), ..settings() };
+    for (job, first) in [(stated, 20.0), (at_world, 0.0), (settings(), 0.0)] {
+        let program = with(&init(""), &job).unwrap();
+        assert_eq!((x(&program)[0], doubts(&program)), (first, vec![]));
+    }
+    // A base that is chosen, for all that follows or for a move.
+    for chosen in ["BAS(#BASE,1)\n", "FDAT_ACT={BASE_NO 1}\nBAS(#FRAMES)\n"] {
+        let program = with(&init(chosen), &placed()).unwrap();
+        assert_eq!((x(&program), doubts(&program)), (vec![700.0, 709.0], vec![]), "{chosen}");
+    }
+    for chosen in ["BAS(#BASE,0)\n", "$BASE=BASE_DATA[0]\n", "$BASE=SBASE(0)\n"] {
+        let world = with(&init(chosen), &placed()).unwrap();
+        assert_eq!((x(&world), doubts(&world)), (vec![0.0, 9.0], vec![]));
+        let is_told = |note: &Note| note.what.contains("(base 0), the robot's base");
+        assert!(world.warnings.iter().any(is_told), "{chosen}");
+    }
+    let once = format!("BAS(#INITMOV,0)\nS{START} WITH $BASE=SBASE(1)\nLIN {{X 9}}");
+    assert_eq!(doubts(&with(&once, &placed()).unwrap()), [(Code::ChangeIgnored, 5)]);
+}
+
+#[test]
+fn a_tool_that_a_form_names_by_its_number_is_the_jobs() {
+    let forms = "DECL FDAT FA={TOOL_NO 1,BASE_NO 0}\nDECL FDAT FB={TOOL_NO 2,BASE_NO 0}";
+    let job = Settings { tcp: Some(pose([0.0, 0.0, 150.0], UPRIGHT)), ..listed(forms) };
+    let slin = |x: u32, form: &str| {
+        format!("SLIN {{X {x},Y 0,Z 500,A 0,B 0,C 180}} WITH $TOOL=STOOL2({form})\n")
+    };
+    let one = with(&[slin(0, "FA"), slin(9, "FA")].concat(), &job).unwrap();
+    assert_eq!((one.moves[1].tcp, doubts(&one)), (pose([0.0, 0.0, 150.0], UPRIGHT), vec![]));
+    assert!(!one.warnings.iter().any(|note| note.what.contains("declares its tool")));
+    // Two tools of one length are seldom.
+    let two = with(&[slin(0, "FA"), slin(9, "FB")].concat(), &job).unwrap();
+    assert_eq!(doubts(&two), [(Code::ChangeIgnored, 4)]);
+}
+
+#[test]
+fn frames_are_set_by_component() {
+    let base = "$BASE={X 700,Y 0,Z 400,A 0,B 0,C 0}";
+    let program =
+        krl(&format!("{base}\n{START}\n$BASE.X=750\nLIN {{X 100,Y 0,Z 500,A 0,B 0,C 180}}"));
+    assert_eq!(x(&program), [700.0, 850.0]);
+    let tool = krl(&format!("$TOOL={{X 0,Y 0,Z 100,A 0,B 0,C 0}}\n$TOOL.Z=$TOOL.Z+20\n{START}"));
+    assert!((tool.moves[0].tcp.translation.z - 0.12).abs() < 1e-12);
+    let unknown = "BAS(#BASE,1)\n$BASE.X=750";
+    refused(with(unknown, &settings()), "its other components are not known: BASE_DATA[1]");
+    refused(with("$BASE.M=7", &settings()), "a frame has no M");
+}
+
+/// The robot of the job has its tip at x = 1 m + A1 and z = 0.5 m.
+#[test]
+fn the_position_behind_joints_is_that_of_the_jobs_robot() {
+    let tip = |q: &[f64]| Some(Isometry3::translation(1.0 + q[0], 0.0, 0.5));
+    let mut job = Settings { tip_at: Some(TipAt::new(tip)), ..settings() };
+    let axes = "PTP {A1 0,A2 0,A3 0,A4 0,A5 9,A6 0}";
+    let program = with(&format!("{axes}\nLIN {{Z 600}}"), &job).unwrap();
+    let [at_x, at_z] = [0, 2].map(|axis| end(&program.moves[1]).1.translation.vector[axis]);
+    assert!((at_x - 1.0).abs() < 1e-12 && (at_z - 0.6).abs() < 1e-12);
+    let asks = "DECL INT N\nN=$POS_ACT.X/500\nIF N==2 THEN\nLIN {Z 600}\nENDIF";
+    assert_eq!(with(&format!("{axes}\n{asks}"), &job).unwrap().moves.len(), 2);
+    // A place that no file gives is not where the robot was before.
+    let home = format!("{axes}\nPTP XHOME\n{asks}");
+    refused(with(&home, &job), "path.program.files in the job can name its file");
+    // Before the first move the job says where the robot stands: 1200 / 500 is 2 as INT.
+    refused(with(asks, &job), "{\"$POS_ACT.Z\": …} gives a component");
+    let whole = asks.replace("{Z 600}", "{X 0,Y 0,Z 600,A 0,B 0,C 180}");
+    job.assume.insert("$pos_act.x".to_owned(), Assumed::Number(1200.0));
+    assert_eq!(with(&whole, &job).unwrap().moves.len(), 1);
+}
+
+/// Its numbers are others in a base elsewhere.
+#[test]
+fn a_position_in_the_world_is_a_doubt_under_a_work_object() {
+    let tip = |_: &[f64]| Some(Isometry3::translation(1.0, 0.0, 0.5));
+    let job = Settings { tip_at: Some(TipAt::new(tip)), ..placed() };
+    let asked = |chosen: &str, asks: &str| {
+        let body = format!(
+            "DECL E6POS P\nBAS(#INITMOV,0)\n{chosen}PTP {{A1 0,A2 0,A3 0,A4 0,A5 9,A6 0}}\n{asks}"
+        );
+        doubts(&with(&body, &job).unwrap())
+    };
+    for asks in [
+        "P=$POS_ACT\n$BASE=$NULLFRAME\nP.Y=P.Y+100\nLIN P",
+        "IF $POS_ACT.X>200 THEN\n$BASE=$NULLFRAME\nLIN {X 9}\nENDIF",
+    ] {
+        assert_eq!(asked("", asks), [(Code::ChangeIgnored, 6)], "{asks}");
+        assert_eq!(asked("BAS(#BASE,1)\n", asks), [], "{asks}");
+    }
+}
+
+#[test]
+fn what_the_job_gives_of_the_position_ends_with_a_move_or_in_another_frame() {
+    let mut job = assuming("$pos_act.z", 700.0);
+    job.tool_frames.insert(2, pose([0.0, 0.0, 300.0], UPRIGHT));
+    let asks = format!("IF $POS_ACT.Z>600 THEN\n{START}\nENDIF");
+    let base = "$BASE={X 0,Y 0,Z 100,A 0,B 0,C 0}\n";
+    for before in ["", base] {
+        assert_eq!(with(&format!("{before}{asks}"), &job).unwrap().moves.len(), 1, "{before}");
+    }
+    for home in ["HOME", "XHOME"] {
+        let said = "path.program.files in the job can name its file";
+        refused(with(&format!("PTP {home}\n{asks}"), &job), said);
+    }
+    for chosen in [base, "BAS(#TOOL,2)\n"] {
+        let twice = format!("IF $POS_ACT.Z>600 THEN\nENDIF\n{chosen}{asks}");
+        refused(with(&twice, &job), "where the program asks for the position first");
+    }
+}
+
+/// A FRAME within a structure keeps no more than any other.
+#[test]
+fn components_of_structures_have_types() {
+    let place = "{X 100,Y 0,Z 500,A 0,B 0,C 180,S 2,T 32}";
+    let found = |strucs: &str, set: &str| {
+        let data = format!("{strucs}\nDECL T1 S1\nDECL E6POS X2={place}");
+        with(&format!("{START}\n{set}\nPTP S1.G"), &listed(&data))
+    };
+    for set in ["S1.G=X2".to_owned(), format!("S1={{K 1,G {place}}}")] {
+        for (strucs, keeps) in [
+            ("STRUC T1 INT K,FRAME F,G", false),
+            ("GLOBAL STRUC T1 FRAME G,INT K", false),
+            ("STRUC T1 INT K,E6POS F,G", true),
+        ] {
+            let program = found(strucs, &set).unwrap();
+            assert_eq!(x(&program), [0.0, 100.0]);
+            let is_kept = program.moves[1].stated.configuration.is_some();
+            assert_eq!(is_kept, keeps, "{strucs} {set}");
+        }
+        let two = "STRUC T1 INT K,FRAME G\nSTRUC T2 E6POS G";
+        refused(found(two, &set), "G is a component of several STRUC");
+    }
+}
+
+#[test]
+fn the_job_gives_the_value_of_a_function() {
+    let asks = format!("{START}\nIF Foo() == 1 THEN\nLIN {{X 9}}\nENDIF");
+    refused(with(&asks, &settings()), "assume: in the job can settle it");
+    for (value, moves) in [(1.0, 2), (2.0, 1)] {
+        let program = with(&asks, &assuming("foo", value)).unwrap();
+        assert_eq!(
+            (program.moves.len(), doubts(&program)),
+            (moves, vec![(Code::MotionLeftOut, 4)])
+        );
+    }
+    // What the program sets itself the job does not give.
+    let set = with(&format!("{START}\nrc=Foo()\nWAIT SEC rc"), &assuming("rc", 1.0)).unwrap();
+    let unused = |note: &&Note| note.code == Code::Unused && note.what.contains("assume: 'rc'");
+    assert_eq!(set.warnings.iter().filter(unused).map(at).collect::<Vec<_>>(), [5]);
+}
+
+#[test]
+fn refusals_of_krl_say_what_to_do() {
+    for (call, why) in [("MoveSettings()", "moves by its name"), ("Glue({X 1})", "is given a pos")]
+    {
+        let found = with(call, &settings()).unwrap_err();
+        let said = &found[0].what;
+        assert!(said.contains(why) && said.contains("path.program.files"), "{found:?}");
+    }
+    let rail = Settings { joint_count: 7, ..settings() };
+    refused(with("PTP {A1 0,A2 0,A3 0,A4 0,A5 9,A6 0}", &rail), "external_axes in the job names");
+}

@@ -1,0 +1,108 @@
+//! Variables, arrays and R parameters of Sinumerik's, and parameters that the job assumes.
+
+use detune::notes::Code;
+use detune::program::{Assumed, Dialect, Settings, read};
+
+use super::support::{Begun, assert_ends, at, settings};
+
+const BEGUN: Begun = Begun {
+    head: "G710 G17 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\nG1 F200\n",
+    at_mm: [0.0, 0.0, 5.0],
+    dialect: Dialect::Sinumerik,
+};
+
+#[track_caller]
+fn assert_xs(text: &str, xs: &[f64]) {
+    let ends: Vec<_> = xs.iter().map(|x| ('L', [*x, 0.0, 5.0])).collect();
+    BEGUN.assert_way(text, &ends);
+}
+
+#[test]
+fn arrays_and_indexed_parameters() {
+    assert_xs("R[4]=5\nX=R[4]\nR[4]=R4+2\nX=R4\nR1=3\nX=R[R1+1]*2\n", &[5.0, 7.0, 14.0]);
+    let arrays = "DEF REAL STATE[3], _d, _w[2]\nDEF INT N_UP[2]\nSTATE[2]=1.5\n_w[1]=STATE[2]*2\n\
+                  N_UP[0]=2.6\nX=STATE[2]\nX=_w[1]\nX=N_UP[0]\nX=STATE[0]\n";
+    assert_xs(arrays, &[1.5, 3.0, 3.0, 0.0]);
+    assert_xs("X=10 DIV 4\nX=3 DIV 4\nX=7 MOD 4\n", &[2.0, 0.0, 3.0]);
+    for (text, said) in [
+        ("DEF REAL FIELD[2,3]\n", "one dimension"),
+        ("DEF REAL FIELD[2]=(1,2)\n", "no values"),
+        ("DEF REAL FIELD[2]\nFIELD[2]=1\n", "no element of an array"),
+        ("DEF REAL FIELD[2]\nX=FIELD[2]\n", "'field[2]' is read"),
+        ("R[1.5]=3\n", "whole number"),
+        ("X=7.5 DIV 2\n", "whole numbers"),
+        ("POS[X]=10\n", "a speed of its own"),
+        ("EXTCALL \"SUB1\"\n", "EXTCALL runs a program"),
+        ("EXTCALL(\"SUB1\")\n", "EXTCALL runs a program"),
+        // The address or the variable.
+        ("DEF INT I\nI=7\nX=I\n", "two letters"),
+        ("DEF REAL S1\nS1=900\n", "two letters"),
+    ] {
+        BEGUN.refused(text, said);
+    }
+    assert_xs("DEF INT I\nFOR I=1 TO 2\nX=I\nENDFOR\n", &[1.0, 2.0]);
+}
+
+/// What is in no file that is read, the job may say.
+#[test]
+fn what_the_job_assumes_of_parameters() {
+    let of = |assume: &[(&str, Assumed)], text: &str, dialect| {
+        let assume = assume.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        let text = format!("G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+        read(text.as_bytes(), dialect, &Settings { assume, ..settings() })
+    };
+    let five = Assumed::Number(5.0);
+    for (name, value, text, dialect) in [
+        ("#500", five, "X#500\n", Dialect::GCode),
+        ("#500", five, "IF [#500 EQ 5] GOTO 1\nX9\nN1 X5\n", Dialect::GCode),
+        ("r1", five, "X=R1\n", Dialect::Sinumerik),
+        ("r1", five, "X=R[1]\n", Dialect::Sinumerik),
+        ("spin_x_offset", five, "X=SPIN_X_OFFSET\n", Dialect::Sinumerik),
+        ("offsets[2]", five, "X=OFFSETS[2]\n", Dialect::Sinumerik),
+        ("has_probe", Assumed::Truth(true), "IF HAS_PROBE\nX5\nENDIF\n", Dialect::Sinumerik),
+        (
+            "$mn_user_data_int[1]",
+            Assumed::Number(1.0),
+            "IF $MN_USER_DATA_INT[1]==1\nX5\nENDIF\n",
+            Dialect::Sinumerik,
+        ),
+    ] {
+        let program = of(&[(name, value)], text, dialect).unwrap_or_else(|why| panic!("{why:?}"));
+        assert_ends(&program, &[0.0, 5.0].map(|x| ('L', [x, 0.0, 5.0])));
+        assert!(program.warnings.iter().all(|note| note.code != Code::Unused), "{text}");
+        let found = of(&[], text, dialect).unwrap_err();
+        assert!(found[0].what.contains(&format!("assume: {{\"{name}\": …}}")), "{found:?}");
+    }
+    // What the program sets counts, and behind a value that is none no other.
+    let own = of(&[("r1", five)], "R1=7\nX=R1\n", Dialect::Sinumerik).unwrap();
+    assert_ends(&own, &[0.0, 7.0].map(|x| ('L', [x, 0.0, 5.0])));
+    let told = own.warnings.iter().filter(|note| note.code == Code::Unused);
+    assert_eq!(told.map(at).collect::<Vec<_>>(), [4]);
+    for assume in [&[("#500", five)][..], &[]] {
+        let vacant = of(assume, "#500=#0\nX#500\n", Dialect::GCode).unwrap_err();
+        assert!(vacant[0].what.ends_with("and the program has not set it"), "{vacant:?}");
+    }
+    // An index is worked out, or the name of an axis.
+    let each = [("$mn_data[0]", five), ("$mn_data[1]", Assumed::Number(6.0))];
+    let indexed = "R1=0\nX=$MN_DATA[R1]\nR1=1\nX=$MN_DATA[R1]\n";
+    let read_each = of(&each, indexed, Dialect::Sinumerik).unwrap();
+    assert_ends(&read_each, &[0.0, 5.0, 6.0].map(|x| ('L', [x, 0.0, 5.0])));
+    let one = of(&each[..1], indexed, Dialect::Sinumerik).unwrap_err();
+    assert!(one[0].what.contains("assume: {\"$mn_data[1]\": …}"), "{one:?}");
+    let of_axis = of(&[("$ma_data[0,x1]", five)], "X=$MA_DATA[0, X1]\n", Dialect::Sinumerik);
+    assert_ends(&of_axis.unwrap(), &[0.0, 5.0].map(|x| ('L', [x, 0.0, 5.0])));
+    // Words of the language are no variables.
+    for text in ["IF NOT (1==2)\nX5\nENDIF\n", "X=ENDPROC\n"] {
+        let found = of(&[], text, Dialect::Sinumerik).unwrap_err();
+        assert!(!found[0].what.contains("assume"), "{text}: {found:?}");
+    }
+    // Locals of a call, and what the control changes by itself, are no such parameters.
+    for (name, text, dialect) in [
+        ("#1", "X#1\n", Dialect::GCode),
+        ("#5041", "X#5041\n", Dialect::GCode),
+        ("$aa_im[x]", "X=$AA_IM[X]\n", Dialect::Sinumerik),
+    ] {
+        let found = of(&[(name, five)], text, dialect).unwrap_err();
+        assert!(found[0].what.ends_with("the program has not set it"), "{found:?}");
+    }
+}
