@@ -74,7 +74,9 @@ impl<'t> Block<'t> {
         };
         let is_loose = |word: &&Word<'_>| match (word.value, word.sign) {
             (Some(_), _) => word.name.is_empty(),
-            (None, sign) => sign.is_some() && word.name != "DR",
+            (None, Some(_)) => word.name != "DR",
+            // `TOOL CALL 5 Z` has the tool's axis.
+            (None, None) => is_of_place(word.name) && self.name(0) != "TOOL",
         };
         let word = self.words.iter().skip(from).find(is_loose)?;
         let sign = word.sign.map_or("", |is_plus| if is_plus { "+" } else { "-" });
@@ -87,13 +89,25 @@ impl<'t> Block<'t> {
                 "'{sign}' stands behind a number or another sign: a word has one sign and one \
                  number; work it out, or write a Q parameter"
             ),
-            (name, _) => format!("'{name} {sign}' has a sign and no number behind it"),
+            (name, _) if word.sign.is_some() => {
+                format!("'{name} {sign}' has a sign and no number behind it")
+            }
+            (name, _) => format!(
+                "'{name}' has no number behind it: write it, or leave the word out where the axis \
+                 stays"
+            ),
         })
     }
 
     pub(super) fn all<'b>(&'b self, name: &'b str) -> impl Iterator<Item = f64> + 'b {
         self.words.iter().filter(move |word| word.name == name).filter_map(|word| word.value)
     }
+}
+
+/// Coordinates, which have numbers wherever they stand: `X`, `IZ`, `PA`.
+fn is_of_place(name: &str) -> bool {
+    let axis = name.strip_prefix('I').unwrap_or(name);
+    matches!(axis, "X" | "Y" | "Z" | "A" | "B" | "C" | "U" | "V" | "W" | "PR" | "PA")
 }
 
 /// A block, its continued lines (`~`) joined.

@@ -31,7 +31,7 @@ fn arrays_and_indexed_parameters() {
         ("DEF REAL FIELD[2]\nX=FIELD[2]\n", "'field[2]' is read"),
         ("R[1.5]=3\n", "whole number"),
         ("X=7.5 DIV 2\n", "whole numbers"),
-        ("POS[X]=10\n", "a speed of its own"),
+        ("POS[X]=10\n", "beside the path"),
         ("EXTCALL \"SUB1\"\n", "EXTCALL runs a program"),
         ("EXTCALL(\"SUB1\")\n", "EXTCALL runs a program"),
         // The address or the variable.
