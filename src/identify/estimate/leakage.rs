@@ -24,7 +24,7 @@ use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector};
 
 use super::block::{Block, C64, Origin, Pole};
 use super::fit::{Fit, Part, rows, weights};
@@ -67,9 +67,9 @@ pub(super) fn under_window(blocks: &[Block], fit: &Fit) -> Option<Scatter> {
             if own == 0.0 {
                 continue;
             }
-            of_noise.move_by(k == l, |p, q| {
-                own * (seen.turned[(k, p)] * seen.turned[(l, q)].conj()).re
-            });
+            let moved =
+                |p: usize, q: usize| own * (seen.turned[(k, p)] * seen.turned[(l, q)].conj()).re;
+            of_noise.move_by(k == l, DMatrix::from_fn(parameters, parameters, moved));
         }
         of_sensors.vary(part, seen, &near);
         let own = |k: usize| part.residual[k].powi(2) + part.residual[lines + k].powi(2);
@@ -86,15 +86,12 @@ pub(super) fn under_window(blocks: &[Block], fit: &Fit) -> Option<Scatter> {
         {
             let between = LinePair::new(&window, own, other);
             for (at, band) in leaks.iter_mut().enumerate() {
-                let [a, b] = [&own.by_response[at], &other.by_response[at]];
-                band.0[k][d] = between.product(&between.own(a), &between.other(b));
+                let [a, b] = [&own.by_response, &other.by_response].map(|all| all.rows(at, 1));
+                band.0[k][d] = between.products(a, b).map(|product| product[(0, 0)]).into();
             }
-            let owns: Vec<_> = own.by_parameter.iter().map(|a| between.own(a)).collect();
-            let others: Vec<_> = other.by_parameter.iter().map(|b| between.other(b)).collect();
-            of_leakage.move_by(d == 0, |p, q| {
-                let (proper, improper) = between.product(&owns[p], &others[q]);
-                0.5 * (proper + improper).re
-            });
+            let both = [&own.by_parameter, &other.by_parameter].map(|all| all.as_view());
+            let [proper, improper] = between.products(both[0], both[1]);
+            of_leakage.move_by(d == 0, (proper + improper).map(|sum| 0.5 * sum.re));
         }
         ahead.pop_front();
         if k + REACH < lines {
@@ -175,54 +172,34 @@ impl Seen {
     }
 }
 
-/// What leaks on a line.
+/// What leaks on a line, of the modes that are near.
 struct Line {
-    /// Into each response, weighted.
-    by_response: Vec<Pair>,
-    /// Into the gradient by each parameter.
-    by_parameter: Vec<Pair>,
+    modes: Vec<Pair>,
+    /// The share of each mode in each response, weighted.
+    by_response: DMatrix<C64>,
+    /// Its share in the gradient by each parameter.
+    by_parameter: DMatrix<C64>,
     /// w.
     window: Pair,
 }
 
 impl Line {
-    /// Away from the modes nothing.
     fn new(window: &Window, near: &[Range<usize>], seen: &[Seen], k: usize) -> Self {
-        let own: Vec<(usize, Pair)> = (0..near.len())
-            .filter(|r| near[*r].contains(&k))
-            .map(|r| (r, window.g(k, r)))
-            .collect();
-        if own.is_empty() {
-            return Self {
-                by_response: Vec::new(),
-                by_parameter: Vec::new(),
-                window: Pair::zero(0),
-            };
-        }
-        let sum = |factor: &dyn Fn(usize) -> C64| {
-            let mut sum = Pair::zero(own[0].1.0[0].len());
-            for (r, g) in &own {
-                for (sum, g) in sum.0.iter_mut().zip(&g.0) {
-                    sum.axpy(factor(*r), g, C64::new(1.0, 0.0));
-                }
-            }
-            sum
-        };
+        let own: Vec<usize> = (0..near.len()).filter(|r| near[*r].contains(&k)).collect();
         let parameters = seen.first().map_or(0, |seen| seen.turned.ncols());
+        let into = |i: &Seen, r: usize| i.residues[r] * i.weights[k];
+        let moved = |p: usize, r: usize| seen.iter().map(|i| i.turned[(k, p)] * into(i, r)).sum();
         Self {
-            by_response: seen.iter().map(|i| sum(&|r| i.residues[r] * i.weights[k])).collect(),
-            by_parameter: (0..parameters)
-                .map(|p| {
-                    let of = |i: &Seen, r: usize| i.turned[(k, p)] * i.residues[r] * i.weights[k];
-                    sum(&|r| seen.iter().map(|i| of(i, r)).sum())
-                })
-                .collect(),
+            modes: own.iter().map(|r| window.g(k, *r)).collect(),
+            by_response: DMatrix::from_fn(seen.len(), own.len(), |i, at| into(&seen[i], own[at])),
+            by_parameter: DMatrix::from_fn(parameters, own.len(), |p, at| moved(p, own[at])),
             window: window.w(k),
         }
     }
 
+    /// Away from the modes nothing does.
     fn leaks(&self) -> bool {
-        !self.by_response.is_empty()
+        !self.modes.is_empty()
     }
 }
 
@@ -270,8 +247,7 @@ impl Share {
     }
 
     /// Covariance of the gradient's parts on two lines.
-    fn move_by(&mut self, is_one_line: bool, product: impl Fn(usize, usize) -> f64) {
-        let own = DMatrix::from_fn(self.meat.nrows(), self.meat.ncols(), product);
+    fn move_by(&mut self, is_one_line: bool, own: DMatrix<f64>) {
         self.meat += &own;
         if !is_one_line {
             self.meat += own.transpose();
@@ -374,10 +350,6 @@ struct Window<'b> {
 struct Pair([DVector<C64>; 2]);
 
 impl Pair {
-    fn zero(values: usize) -> Self {
-        Self([DVector::zeros(values), DVector::zeros(values)])
-    }
-
     /// ∫ ab* dt over the times of both.
     fn meet(&self, at: usize, other: &Self, other_at: usize) -> C64 {
         let [own, other] = [&self.0[at], &other.0[other_at]];
@@ -457,46 +429,37 @@ impl<'b> Window<'b> {
     }
 }
 
-/// Two lines over one stretch: with itself, and with those before and after it.
-struct LinePair<'l> {
-    windows: [&'l Pair; 2],
-    /// Of the windows of both lines.
-    met: [C64; 3],
-    /// ∫ w² dt.
-    power: f64,
+/// Two lines over one stretch, with itself and with those before and after it: E(e_k e_l*) and
+/// E(e_k e_l) of each mode that leaks on the one with each on the other.
+struct LinePair {
+    proper: DMatrix<C64>,
+    improper: DMatrix<C64>,
 }
 
-/// What leaks on one of two lines, and how it meets the window of the other.
-struct MetLeak<'l> {
-    leak: &'l Pair,
-    met: [C64; 3],
-}
-
-impl<'l> LinePair<'l> {
-    /// Stretches that meet.
-    const STRETCHES: [[usize; 2]; 3] = [[0, 0], [0, 1], [1, 0]];
-
-    fn new(window: &Window<'_>, own: &'l Line, other: &'l Line) -> Self {
-        let windows = [&own.window, &other.window];
-        let met = Self::STRETCHES.map(|[a, b]| windows[1].meet(b, windows[0], a));
-        Self { windows, met, power: 0.375 * window.length_s }
-    }
-
-    fn own(&self, leak: &'l Pair) -> MetLeak<'l> {
-        MetLeak { leak, met: Self::STRETCHES.map(|[a, b]| leak.meet(a, self.windows[1], b)) }
-    }
-
-    fn other(&self, leak: &'l Pair) -> MetLeak<'l> {
-        MetLeak { leak, met: Self::STRETCHES.map(|[a, b]| leak.meet(b, self.windows[0], a)) }
-    }
-
-    /// E(e_k e_l*) and E(e_k e_l) of what leaks.
-    fn product(&self, own: &MetLeak<'_>, other: &MetLeak<'_>) -> (C64, C64) {
-        let (mut proper, mut improper) = (C64::default(), C64::default());
-        for (i, [a, b]) in Self::STRETCHES.into_iter().enumerate() {
-            proper += own.leak.meet(a, other.leak, b) * self.met[i];
-            improper += own.met[i] * other.met[i];
+impl LinePair {
+    fn new(window: &Window<'_>, own: &Line, other: &Line) -> Self {
+        /// Stretches that meet.
+        const STRETCHES: [[usize; 2]; 3] = [[0, 0], [0, 1], [1, 0]];
+        // ∫ w² dt.
+        let power = C64::from(0.375 * window.length_s);
+        let (rows, columns) = (own.modes.len(), other.modes.len());
+        let mut proper = DMatrix::zeros(rows, columns);
+        let mut improper = DMatrix::zeros(rows, columns);
+        for [a, b] in STRETCHES {
+            let windows = other.window.meet(b, &own.window, a) / power.powi(2);
+            proper += DMatrix::from_fn(rows, columns, |r, q| {
+                own.modes[r].meet(a, &other.modes[q], b) * windows
+            });
+            let met_own = own.modes.iter().map(|own| own.meet(a, &other.window, b) / power);
+            let met_other = other.modes.iter().map(|other| other.meet(b, &own.window, a) / power);
+            improper += DVector::from_iterator(rows, met_own)
+                * DVector::from_iterator(columns, met_other).transpose();
         }
-        (proper / self.power.powi(2), improper / self.power.powi(2))
+        Self { proper, improper }
+    }
+
+    /// The same of sums of modes with the shares `a` on the one line and `b` on the other.
+    fn products(&self, a: DMatrixView<'_, C64>, b: DMatrixView<'_, C64>) -> [DMatrix<C64>; 2] {
+        [a * &self.proper * b.adjoint(), a * &self.improper * b.transpose()]
     }
 }

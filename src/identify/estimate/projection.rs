@@ -20,13 +20,11 @@ pub(super) struct Projection {
 const SUMS: usize = 8;
 
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a_parts, b_parts) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
-    let rest: f64 = a_parts.remainder().iter().zip(b_parts.remainder()).map(|(a, b)| a * b).sum();
+    let ((a_parts, a_rest), (b_parts, b_rest)) = (a.as_chunks::<SUMS>(), b.as_chunks::<SUMS>());
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
     let mut sums = [0.0; SUMS];
-    for (a, b) in a_parts.zip(b_parts) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum += a * b;
-        }
+    for (a, b) in a_parts.iter().zip(b_parts) {
+        sums = std::array::from_fn(|i| sums[i] + a[i] * b[i]);
     }
     sums.iter().sum::<f64>() + rest
 }

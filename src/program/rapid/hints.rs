@@ -147,5 +147,7 @@ impl<'a> Interpreter<'a> {
                 }
             }
         }
+        // What may run has to be searched, and costs as much as if it ran.
+        self.budget = self.budget.saturating_sub(seen.len());
     }
 }
