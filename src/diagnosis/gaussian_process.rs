@@ -112,13 +112,19 @@ impl<'v> Values<'v> {
 
     fn solve(&self, ratio: f64, lengths: &[f64]) -> Option<Solved> {
         let n = self.values.len();
-        let mut exponents = DMatrix::zeros(n, n);
-        for (square, length) in self.squares.iter().zip(lengths) {
-            exponents += square / (length * length);
-        }
-        let mut covariance = exponents.map(|e| ratio * (-0.5 * e).exp());
-        for (i, value) in self.values.iter().enumerate() {
-            covariance[(i, i)] += value.unit * value.unit;
+        let inverse_squares: Vec<f64> = lengths.iter().map(|own| (own * own).recip()).collect();
+        let mut covariance = DMatrix::zeros(n, n);
+        let columns = covariance.as_mut_slice().chunks_exact_mut(n.max(1));
+        for (j, column) in columns.enumerate() {
+            // Cholesky's factor is of the lower triangle.
+            for (i, to) in column.iter_mut().enumerate().skip(j) {
+                let mut exponent = 0.0;
+                for (square, inverse) in self.squares.iter().zip(&inverse_squares) {
+                    exponent += square.as_slice()[j * n + i] * inverse;
+                }
+                *to = ratio * (-0.5 * exponent).exp();
+            }
+            column[j] += self.values[j].unit.powi(2);
         }
         let root = covariance.cholesky()?;
         let y = DVector::from_iterator(n, self.values.iter().map(|value| value.value));
