@@ -44,6 +44,10 @@ fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, String> {
 fn in_list(list: &Path) -> Result<Vec<PathBuf>, String> {
     let bytes = read_bytes(list, MAX_FILE_BYTES).map_err(|note| note.what)?;
     let text = String::from_utf8_lossy(&bytes);
+    let word = text.trim_start_matches('\u{feff}').split_whitespace().next().unwrap_or_default();
+    if word.eq_ignore_ascii_case("MODULE") || word.starts_with("%%%") {
+        return Err("is no list but a module of RAPID; give it the extension .mod".to_owned());
+    }
     let tree = roxmltree::Document::parse(&text).map_err(|error| format!("is no list: {error}"))?;
     let modules = tree.descendants().filter(|node| node.has_tag_name("Module"));
     let names = modules.filter_map(|node| node.text()).map(|name| name.trim().replace('\\', "/"));
@@ -101,5 +105,9 @@ mod tests {
         assert!(said(members(folder.path(), "cut")).contains("has PROC cut"));
         std::fs::write(at("p.pgf"), list.replace("a.mod", "gone.mod")).unwrap();
         assert!(said(members(&at("p.pgf"), "main")).contains("gone.mod': no such file"));
+        std::fs::write(at("p.pgf"), "%%%\nVERSION:1\n%%%\nMODULE a\nENDMODULE\n").unwrap();
+        assert!(said(members(&at("p.pgf"), "main")).contains("a module of RAPID"));
+        std::fs::write(at("p.pgf"), "\r\nModule a\nENDMODULE\n").unwrap();
+        assert!(said(members(&at("p.pgf"), "main")).contains("extension .mod"));
     }
 }

@@ -71,9 +71,10 @@ impl Run<'_> {
         if let Some((number, rest)) = self.registers.numbered(text, "PR")? {
             let name = format!("PR[{number}]");
             let hint = format!(
-                "; assume: {{\"{name}\": 0}} in the job says that it is 0 until the program sets \
-                 it, and {{\"{}\": …}} gives an element",
-                element_of(&name, 1)
+                "; assume: {{\"{name}\": 0}} in the job says that it is an offset of 0 until the \
+                 program sets it, and {{\"{}\": …, …, \"{}\": …}} gives a place",
+                element_of(&name, 1),
+                element_of(&name, 6)
             );
             let held = self.registers.position(number).named(&name, &hint);
             return Ok((name, held, rest));

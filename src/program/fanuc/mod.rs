@@ -20,6 +20,7 @@ mod position;
 mod registers;
 mod run;
 mod text;
+mod vision;
 mod words;
 
 use super::Settings;
@@ -29,6 +30,15 @@ use crate::notes::Code;
 /// Reads a TP program into the log.
 pub(super) fn read(source: &str, settings: &Settings, log: &mut Log) {
     let source = text::parse(source);
+    if let Some((line, name)) = &source.translated {
+        let what = format!(
+            "'{name}' instead of DEFAULT_GROUP: the listing is in another language than English, \
+             which is not read; set the language to English where the listing is written, and \
+             write it again"
+        );
+        log.error(Code::Syntax, *line, what);
+        return;
+    }
     for (line, what) in &source.faults {
         log.error(Code::Syntax, *line, what.clone());
     }

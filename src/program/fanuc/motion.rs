@@ -448,6 +448,8 @@ impl Run<'_> {
                     shift.frame = by;
                 }
                 rest = behind.trim_start();
+            } else if upper.starts_with("VOFFSET") {
+                rest = self.vision_shift(rest)?.trim_start();
             } else if let Some((action, behind)) = split_action(rest) {
                 self.bends_path(line, action);
                 actions.push(action);

@@ -21,6 +21,8 @@ pub(super) struct Held {
     elements: [Result<f64, String>; 6],
     /// Elements that are zero by the job's word alone.
     assumed: [bool; 6],
+    /// The register of which the job says so, where it is another.
+    assumed_of: Option<String>,
     /// External axes by name.
     axes: BTreeMap<String, f64>,
     config: Option<String>,
@@ -40,6 +42,7 @@ impl Held {
             are_joints,
             elements: from_fn(|_| Err(why.to_owned())),
             assumed: [false; 6],
+            assumed_of: None,
             axes: BTreeMap::new(),
             config: None,
             is_set: true,
@@ -87,7 +90,11 @@ impl Held {
         let at = usize::try_from(index).ok().and_then(|index| index.checked_sub(1));
         let own = at.and_then(|at| self.elements.get(at));
         if let Some(own) = own {
-            return own.clone().map_err(|why| self.reason(name, index, &why));
+            return own.clone().map_err(|why| {
+                let may_give = why.is_empty();
+                let hint = may_give.then(|| format!("; {}", places_by_job(name)));
+                self.reason(name, index, &why) + &hint.unwrap_or_default()
+            });
         }
         let axis = at.and_then(|at| AXES.get(at.checked_sub(self.elements.len())?));
         let value = axis.and_then(|axis| self.axes.get(*axis)).copied();
@@ -147,11 +154,14 @@ impl Held {
     /// As a place to go to, or a frame: what the job assumes to be zero is none.
     pub(super) fn target(&self, name: &str) -> Result<Group, String> {
         if self.assumed.contains(&true) {
+            let from = self.assumed_of.as_deref().unwrap_or(name);
+            let is_own = from == name;
+            let set = if is_own { String::new() } else { format!("{name} comes of {from}: ") };
             return Err(format!(
-                "assume: {{\"{name}\": 0}} counts for offsets only: for a place the program sets \
-                 all elements, or the job gives them: assume: {{\"{}\": …, …, \"{}\": …}}",
-                element_of(name, 1),
-                element_of(name, 6)
+                "{set}assume: {{\"{from}\": 0}} counts for offsets only: for a place the program \
+                 sets all elements, or the job gives them: assume: {{\"{}\": …, …, \"{}\": …}}",
+                element_of(from, 1),
+                element_of(from, 6)
             ));
         }
         self.group(name)
@@ -177,6 +187,9 @@ impl Held {
                 let hint = if why.is_empty() { hint } else { "" };
                 *why = told.reason(name, index, why) + hint;
             }
+        }
+        if self.assumed.contains(&true) {
+            self.assumed_of.get_or_insert_with(|| name.to_owned());
         }
         self.is_set = true;
         self
@@ -209,6 +222,7 @@ impl Held {
             are_joints,
             elements: from_fn(added),
             assumed: from_fn(|at| self.assumed[at] && other.assumed[at]),
+            assumed_of: self.assumed_of.clone().or_else(|| other.assumed_of.clone()),
             axes: both.collect(),
             config: self.config.clone(),
             is_set: true,

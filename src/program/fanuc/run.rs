@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 
 use super::position::{Held, places_by_job};
 use super::registers::{Asked, Registers, State};
-use super::text::{Source, Statement, is_motion};
+use super::text::{Source, Statement, is_dashed_remark, is_motion};
 use super::words::{brackets, register, split_outside, starts_with};
 use crate::notes::Code;
 use crate::program::Settings;
@@ -22,7 +22,7 @@ const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 pub(super) const BEHIND_ERROR: &str = "behind a line that is not read";
 
 /// How statements begin that neither move nor change anything that is read here.
-const HARMLESS: [&str; 43] = [
+const HARMLESS: [&str; 42] = [
     "DO[",
     "RO[",
     "GO[",
@@ -63,7 +63,6 @@ const HARMLESS: [&str; 43] = [
     "VISION RUN_FIND",
     "Spray",
     "Dispense",
-    "--eg",
     "TC_ONLINE",
     "Sensor",
     "USER_ALARM",
@@ -229,7 +228,8 @@ impl<'a> Run<'a> {
         }
         // Dashes end what stands behind P-SPS.
         let is_rule = text.len() > 1 && text.bytes().all(|byte| byte == b'-');
-        if text.is_empty() || text.starts_with("//") || is_rule {
+        let is_remark = text.starts_with("//") || is_dashed_remark(text);
+        if text.is_empty() || is_rule || is_remark {
             return Ok(false);
         }
         if is_motion(text) {
@@ -280,6 +280,7 @@ impl<'a> Run<'a> {
                 return Err(format!("'{keyword}' moves or shifts motion and is not supported"));
             }
             _ if drives_hand(text) => self.drive_hand(line, text),
+            "VISION" if !is_harmless(text) => self.vision(text)?,
             _ => {
                 self.bends_path(line, text);
                 if !self.set_signal(text, statement) && !is_harmless(text) {
@@ -522,7 +523,7 @@ fn is_signal(name: &str) -> bool {
 
 /// Whether a statement neither moves nor changes anything that is read here.
 pub(super) fn is_harmless(text: &str) -> bool {
-    HARMLESS.iter().any(|start| begins(text, start))
+    is_dashed_remark(text) || HARMLESS.iter().any(|start| begins(text, start))
 }
 
 /// `Open hand 1`, `CLOSE HAND R[2]`; with more words it is another macro.

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use super::words::end_of_statement;
 use crate::program::span::Span;
 
 /// A statement without its number and its `;`, continued lines joined.
@@ -56,6 +57,8 @@ pub(super) struct Source {
     pub(super) tools: Numbers,
     /// Line and number of the schedule by which positions follow a conveyor.
     pub(super) tracks: Option<(usize, String)>,
+    /// Line and name of what is DEFAULT_GROUP in another language.
+    pub(super) translated: Option<(usize, String)>,
     /// Line and what is wrong.
     pub(super) faults: Vec<(usize, String)>,
     pub(super) has_end: bool,
@@ -82,6 +85,7 @@ pub(super) fn parse(text: &str) -> Source {
             section = match word.trim_end_matches('.').to_ascii_uppercase().as_str() {
                 "MN" => "MN",
                 "POS" => "POS",
+                "ATTR" => "ATTR",
                 "END" => {
                     source.has_end = true;
                     break;
@@ -100,6 +104,11 @@ pub(super) fn parse(text: &str) -> Source {
                 positions.push('\n');
             }
             _ => {
+                if section == "ATTR"
+                    && let Some(name) = translated_group(trimmed)
+                {
+                    source.translated = Some((index + 1, name.to_owned()));
+                }
                 if let Some(schedule) = tracking(trimmed) {
                     source.tracks = Some((index + 1, schedule.to_owned()));
                 }
@@ -131,6 +140,20 @@ fn tracking(line: &str) -> Option<&str> {
     (is_it && schedule != "0").then_some(schedule)
 }
 
+/// The name in `DEFAULT_GRUP = 1,*,*,*,*;`, which English has as DEFAULT_GROUP.
+fn translated_group(line: &str) -> Option<&str> {
+    let (name, value) = line.split_once('=')?;
+    let groups: Vec<&str> = value.trim().trim_end_matches(';').split(',').map(str::trim).collect();
+    let is_groups = groups.len() > 1 && groups.iter().all(|own| matches!(*own, "1" | "*"));
+    let name = name.trim();
+    (is_groups && !name.eq_ignore_ascii_case("DEFAULT_GROUP")).then_some(name)
+}
+
+/// `-- text`, `--eg:text`; rules of dashes are none.
+pub(super) fn is_dashed_remark(text: &str) -> bool {
+    text.starts_with("--") && !text.starts_with("---")
+}
+
 /// Takes a line of `/MN`: `  12:L P[1] 100mm/sec FINE ;`, or what continues the one before.
 fn statement(
     source: &mut Source,
@@ -153,7 +176,9 @@ fn statement(
     }
     let mut new =
         open.take().unwrap_or(Statement { line, text: String::new(), places: Vec::new() });
-    let end = match rest.find(';').filter(|_| !rest.trim_start().starts_with('!')) {
+    let own = rest.trim_start();
+    let is_remark = own.starts_with('!') || is_dashed_remark(own);
+    let end = match end_of_statement(rest).filter(|_| !is_remark) {
         Some(end) => Some(end),
         None => rest.trim_end().ends_with(';').then(|| rest.trim_end().len() - 1),
     };
@@ -199,7 +224,14 @@ fn read_positions(text: &str, first_line: usize, source: &mut Source) {
         let body = rest.get(open + 1..open + close).unwrap_or("");
         match (number.parse(), position(body)) {
             (Ok(number), Ok(position)) => {
-                source.positions.insert(number, position);
+                let other = source.positions.insert(number, position.clone());
+                if other.is_some_and(|other| other != position) {
+                    let what = format!(
+                        "P[{number}] stands twice in /POS with different values, and which one \
+                         counts is not known: delete one"
+                    );
+                    source.faults.push((line, what));
+                }
             }
             (_, Err(why)) => source.faults.push((line, format!("P[{number}]: {why}"))),
             (Err(_), _) => {

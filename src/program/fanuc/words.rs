@@ -49,6 +49,22 @@ pub(super) fn outside(text: &str, mut is_it: impl FnMut(usize, &str) -> bool) ->
     None
 }
 
+/// The ';' behind a statement; one in a comment in brackets is none, `R[1:a;b]`.
+pub(super) fn end_of_statement(text: &str) -> Option<usize> {
+    let (mut depth, mut is_comment) = (0_usize, false);
+    for (at, byte) in text.bytes().enumerate() {
+        match byte {
+            b']' => (depth, is_comment) = (depth.saturating_sub(1), false),
+            b'[' if !is_comment => depth += 1,
+            b':' if depth > 0 => is_comment = true,
+            b';' if !is_comment => return Some(at),
+            _ => {}
+        }
+    }
+    // Of a bracket that does not close.
+    text.find(';')
+}
+
 /// `DI[3:part here]` is DI[3].
 pub(super) fn without_comment(name: &str) -> String {
     name.split_once(':').map_or_else(|| name.to_owned(), |(head, _)| format!("{head}]"))

@@ -23,6 +23,8 @@ pub(super) const ANGLE: u8 = b'g';
 pub(super) const LIMIT: u8 = b'l';
 /// FB=: the feed of this block alone.
 pub(super) const BLOCK_FEED: u8 = b'e';
+/// AR=: the opening angle of an arc.
+pub(super) const OPENING: u8 = b'w';
 pub(super) const ON_THE_WAY: [u8; 3] = *b"ijk";
 
 /// Whether a number counts from where the axis is, whatever G90 and G91 say.
@@ -149,7 +151,7 @@ pub(super) fn parse(
             return block.unset_length.clone().filter(|_| !compensates).map_or(Ok(()), Err);
         };
         match byte {
-            b'#' => lexer.assignment(block)?,
+            b'#' if !lexer.parameters.is_sinumerik() => lexer.assignment(block)?,
             b',' => lexer.corner(block)?,
             // What stands behind it may be skipped.
             b'/' if !block.words.is_empty() => {
@@ -162,10 +164,16 @@ pub(super) fn parse(
                 lexer.at += 1;
             }
             b'A'..=b'Z' | b'a'..=b'z' | b'_' => lexer.word(block)?,
+            b'$' if lexer.parameters.is_sinumerik() => lexer.of_control(block)?,
             // LinuxCNC: which spindle.
             b'$' if lexer.is_before_number() => {
                 lexer.at += 1;
                 lexer.number(b'$', block)?;
+            }
+            b'#' => {
+                return Err("'#' is no word of Sinumerik's: a comment begins with ';', and a \
+                            parameter with R"
+                    .to_owned());
             }
             b'@' | b'^' => {
                 return Err("polar coordinates by @ and ^ are not supported: have X and Y written"
@@ -176,17 +184,17 @@ pub(super) fn parse(
     }
 }
 
-struct Lexer<'t> {
-    bytes: &'t [u8],
-    line: &'t str,
+pub(super) struct Lexer<'t> {
+    pub(super) bytes: &'t [u8],
+    pub(super) line: &'t str,
     /// Where the line begins in the text.
     offset: Option<usize>,
-    at: usize,
-    parameters: &'t Parameters,
+    pub(super) at: usize,
+    pub(super) parameters: &'t Parameters,
 }
 
 impl<'t> Lexer<'t> {
-    fn byte(&self) -> Option<u8> {
+    pub(super) fn byte(&self) -> Option<u8> {
         self.bytes.get(self.at).copied()
     }
 
@@ -246,7 +254,7 @@ impl<'t> Lexer<'t> {
     }
 
     /// Behind `=` in a block of Sinumerik's, in which nothing says when what it sets counts.
-    fn computed(
+    pub(super) fn computed(
         &mut self,
         block: &Block,
         read: impl FnOnce(&mut Reader<'t>) -> Result<f64, String>,
@@ -348,13 +356,7 @@ impl<'t> Lexer<'t> {
             && rest.get(length) == Some(&b'[')
             && (length > 1 || name == "R")
         {
-            refuse_axis(&name)?;
-            let at = self.at + length;
-            let (key, at) = variables::element(&name, self.bytes, at, self.parameters)?;
-            self.at = at;
-            let (value, span) = self.computed(block, Reader::expression)?;
-            block.sets.push((key, value, span));
-            return Ok(());
+            return self.element(&name, length, block);
         }
         if length == 1 && first != b'_' {
             self.at += 1;
@@ -385,105 +387,6 @@ impl<'t> Lexer<'t> {
             }
         }
         Err("a parenthesis is not closed".to_owned())
-    }
-
-    /// `CR=5`, `X=IC(5)`, `R1=5`, `S1=900`, `T="MILL"`.
-    fn named(&mut self, name: &str, block: &mut Block) -> Result<(), String> {
-        // Parentheses behind `=` are arithmetic.
-        while matches!(self.byte(), Some(b' ' | b'\t')) {
-            self.at += 1;
-        }
-        let bytes = name.as_bytes();
-        let digits =
-            |from: usize| bytes.get(from..).is_some_and(|d| d.iter().all(u8::is_ascii_digit));
-        if bytes.first() == Some(&b'R') && bytes.len() > 1 && digits(1) {
-            let key = Key::Name(name.to_ascii_lowercase());
-            let (value, span) = self.computed(block, Reader::expression)?;
-            block.sets.push((key, value, span));
-            return Ok(());
-        }
-        let key = Key::Name(name.to_ascii_lowercase());
-        let letter = match name {
-            "CR" => RADIUS,
-            "A3" => DIRECTION[0],
-            "B3" => DIRECTION[1],
-            "C3" => DIRECTION[2],
-            "RND" => ROUNDED,
-            "CHR" => CHAMFERED,
-            "CHF" => CHAMFER_LENGTH,
-            "TURN" => TURNS,
-            "AP" => POLAR_ANGLE,
-            "RP" => POLAR_RADIUS,
-            "ANG" => ANGLE,
-            "FB" => BLOCK_FEED,
-            "LIMS" => LIMIT,
-            "I1" => ON_THE_WAY[0],
-            "J1" => ON_THE_WAY[1],
-            "K1" => ON_THE_WAY[2],
-            // The main spindle is the first.
-            "S1" | "M1" => bytes[0],
-            "SPOS" | "SPOSA" => {
-                block.names.push(("SPOS".to_owned(), String::new()));
-                return self.computed(block, Reader::expression).map(|_| ());
-            }
-            // How corners are smoothed.
-            "ADIS" | "ADISPOS" | "CTOL" | "OTOL" | "ATOL" => {
-                return self.computed(block, Reader::expression).map(|_| ());
-            }
-            _ if bytes.len() == 1 && bytes[0] != b'_' => bytes[0],
-            _ => {
-                if !name.starts_with('_') && !self.parameters.knows(&key) {
-                    return Err(format!("'{name}=' is not understood"));
-                }
-                let (value, span) = self.computed(block, Reader::expression)?;
-                block.sets.push((key, value, span));
-                return Ok(());
-            }
-        };
-        if self.parameters.is_sinumerik() && self.parameters.held(&key).is_some() {
-            return Err(format!(
-                "'{name}=': {name} is an address of the control, and a variable has the same name: \
-                 which is meant is not clear; a name of a variable begins with two letters or \
-                 underscores"
-            ));
-        }
-        if self.byte() == Some(b'"') {
-            let rest = self.bytes.get(self.at + 1..).unwrap_or_default();
-            let end = rest.iter().position(|&b| b == b'"').ok_or("a text is not closed")?;
-            let text = self.line.get(self.at + 1..self.at + 1 + end).unwrap_or("").to_owned();
-            self.at += end + 2;
-            block.names.push((format!("{name}="), text));
-            return Ok(());
-        }
-        let rest = self.line.get(self.at..).unwrap_or("");
-        let start = rest.get(..3).map(str::to_ascii_uppercase);
-        let counts = match start.as_deref() {
-            Some("AC(") => Counts::Absolute,
-            Some("IC(") => Counts::Relative,
-            // The short way to an angle, or one way round.
-            Some("DC(" | "ACP" | "ACN") => Counts::Absolute,
-            _ => Counts::AsModal,
-        };
-        if counts != Counts::AsModal {
-            self.at += rest.find('(').unwrap_or(2);
-            let (value, _) = self.computed(block, Reader::primary)?;
-            return add(block, Word { letter, value, span: None, counts, has_point: true });
-        }
-        let (value, span) = match self.computed(block, Reader::expression) {
-            // Where the machine goes, the program does not say in any case.
-            Err(_) if self.is_of_machine() => {
-                self.at += rest.find([' ', '\t']).unwrap_or(rest.len());
-                (0.0, None)
-            }
-            found => found?,
-        };
-        add(block, Word { letter, value, span, counts, has_point: true })
-    }
-
-    /// Whether the block's places are those of the machine.
-    fn is_of_machine(&self) -> bool {
-        let words = self.line.split_whitespace();
-        words.map(str::to_ascii_uppercase).any(|word| matches!(&word[..], "SUPA" | "G53" | "G153"))
     }
 
     /// The number behind a letter: digits, between which blanks and comments may stand, or an
@@ -621,26 +524,13 @@ fn is_set(rest: Option<&[u8]>) -> bool {
     rest.next() == Some(&b'=') && rest.next() != Some(&b'=')
 }
 
-fn add(block: &mut Block, word: Word) -> Result<(), String> {
+pub(super) fn add(block: &mut Block, word: Word) -> Result<(), String> {
     // Which of the two a controller takes differs.
     if !matches!(word.letter, b'G' | b'M') && block.word(word.letter).is_some() {
         return Err(format!("two {} words in one block", char::from(word.letter)));
     }
     block.words.push(word);
     Ok(())
-}
-
-/// Words of Sinumerik's for one axis, its name in brackets.
-fn refuse_axis(name: &str) -> Result<(), String> {
-    match name {
-        "POS" | "POSA" | "POSP" => {
-            Err(format!("{name}[ ] moves an axis beside the path: not supported; write G0 or G1"))
-        }
-        "FL" | "ACC" | "VELOLIM" | "ACCLIM" | "JERKLIM" => {
-            Err(format!("{name}[ ]: limits of an axis are not read; leave it out, and lower F"))
-        }
-        _ => Ok(()),
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A block of G-code → what the controller does, in the order that RS-274 gives.
 
-use super::block::{BLOCK_FEED, Block, DIRECTION, LIMIT, Word};
+use super::block::{BLOCK_FEED, Block, DIRECTION, LIMIT, OPENING, Word};
 use super::flow::Flow;
 use super::names::Name;
 use super::state::{AXES, Machine, Motion, Uncompensated};
@@ -89,7 +89,7 @@ fn run_checked(
     {
         return flow.call_file(&format!("L{number}"), "", block.get('P').unwrap_or(1.0));
     }
-    let inches = machine.inches;
+    let (inches, states_unit) = (machine.inches, machine.states_unit);
     let cancels_beside_motion =
         |code: &i64| *code == CANCEL && block.codes('G').any(|other| other < 40);
     for code in block.codes('G').filter(|code| !cancels_beside_motion(code)) {
@@ -103,7 +103,8 @@ fn run_checked(
         && (!once.dwell || block.has_any(b"PXUS"))
         && !once.macro_call
     {
-        if machine.inches != inches && machine.cutter.feed.value.is_some() {
+        // The first unit of a program is no change where nothing was fed before.
+        if machine.inches != inches && (states_unit || machine.cutter.feed.value.is_some()) {
             return Err("F beside a change of units: controllers differ in what it means".into());
         }
         machine.set_feed(line, feed)?;
@@ -228,6 +229,7 @@ fn modal(
             machine.no_corner()?;
             machine.turned = None;
         }
+        700 | 710 if machine.pattern_of(block).is_some() => {}
         200 | 210 | 7000 | 7100 => machine.set_unit(matches!(code, 200 | 7000), false),
         700 | 710 => machine.set_unit(code == 700, machine.is_sinumerik),
         280 | 300 => once.reference = true,
@@ -419,6 +421,14 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         machine.cutter.log.warning(Code::ChangeIgnored, line, what);
         return Ok(());
     }
+    let pattern = machine.pattern_of(block);
+    if let Some(code) = pattern.filter(|_| !matches!(machine.motion, Motion::Cycle(_))) {
+        let name = shown('G', code);
+        return Err(format!(
+            "{name} with L is a row of Haas' holes, and needs a drilling cycle (G73, G81 to G89) \
+             that holds: write the cycle before it, with L0 where the centre has no hole"
+        ));
+    }
     let repeats = block.codes('M').any(|code| code == 970 || code == 980);
     // Q of M61, L and Q of M66, Q of M67 and M68.
     let has_words_of_m = block.codes('M').any(|code| matches!(code, 610 | 660 | 670 | 680));
@@ -429,7 +439,8 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     let has_axes = block.has_place() || block.has_any(&super::rotary::LETTERS);
     let in_cycle = matches!(machine.motion, Motion::Cycle(_));
     let has_cycle_words = in_cycle && !has_words_of_m && block.has_any(b"RQ");
-    let full_turn = matches!(machine.motion, Motion::Arc { .. }) && block.has_any(b"IJK");
+    let of_arc = block.has_any(&[b'I', b'J', b'K', OPENING]);
+    let full_turn = matches!(machine.motion, Motion::Arc { .. }) && of_arc;
     if once.reference {
         machine.no_corner()?;
         return machine.refer(line, block);
@@ -443,7 +454,7 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         }
         return Ok(());
     }
-    if !(has_axes || has_cycle_words || full_turn) {
+    if !(has_axes || has_cycle_words || full_turn || pattern.is_some()) {
         return Ok(());
     }
     if block.codes('G').any(|code| code == 600)
@@ -456,6 +467,9 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     }
     machine.tell_moved_zero(line, block);
     let done = match machine.motion {
+        other if block.word(OPENING).is_some() && !matches!(other, Motion::Arc { .. }) => {
+            Err("AR= is the opening angle of an arc: write G2 or G3".to_owned())
+        }
         Motion::None => Err("axes without G0, G1, G2, G3 or a cycle".to_owned()),
         Motion::Rapid | Motion::Straight if block.has_any(b"RIJK") => {
             Err("R, I, J or K beside G0 or G1 is not supported: controllers differ in what it \

@@ -77,10 +77,13 @@ impl Machine<'_> {
         if self.cutter.feed.kind == FeedKind::InverseTime {
             return Err("a cycle in inverse time is not supported".to_owned());
         }
-        let repeats = block.get('L').or(block.get('K')).unwrap_or(1.0);
-        if !(0.0..=MAX_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {
-            return Err(format!("{repeats} repeats: expected a whole number from 0"));
+        let pattern = self.pattern_of(block);
+        if pattern.is_none() && block.has_any(b"IJ") {
+            return Err("I and J in a cycle are not read: in G73 and G83 of Haas they make every \
+                        peck less deep than the one before; have pecks of one depth written, by Q"
+                .to_owned());
         }
+        let repeats = if pattern.is_some() { 1.0 } else { self.repeats(line, block)? };
         if repeats == 0.0 && self.rotary.turns_by(block, self.relative) {
             return Err("a rotary axis beside L0 or K0 of a cycle is not supported".to_owned());
         }
@@ -136,6 +139,7 @@ impl Machine<'_> {
         }
         if let Some(word) = block.word(b'Q')
             && !word.has_point
+            && word.value.fract() == 0.0
             && self.mm(word.value) > retract - bottom
         {
             let what = format!(
@@ -180,12 +184,24 @@ impl Machine<'_> {
             dwell_out_s: 0.0,
         };
         let mut over = before;
+        let at = self.cutter.at;
+        let stays = |end: [Option<f64>; 3]| (end[u], end[v]) == (at[u], at[v]);
+        let would_go = repeats == 0.0 && !self.end_of(block).is_ok_and(stays);
         if repeats > 0.0 {
             self.starts(line);
+            self.tell_place(line, block);
         }
+        let places = match pattern {
+            Some(code) => self.bolt_holes(code, block)?,
+            None => Vec::new(),
+        };
+        self.cycle.asks_for_place = pattern.is_some() || would_go;
         // Whole and at most MAX_REPEATS, checked above.
-        for _ in 0..repeats as u32 {
-            if self.relative {
+        let count = if pattern.is_some() { places.len() } else { repeats as usize };
+        for index in 0..count {
+            if let Some(&[at_u, at_v]) = places.get(index) {
+                (over[u], over[v]) = (at_u, at_v);
+            } else if self.relative {
                 (over[u], over[v]) = (over[u] + by_u, over[v] + by_v);
             } else {
                 let to = self.end_of(block)?;
@@ -199,6 +215,41 @@ impl Machine<'_> {
             }
         }
         Ok(())
+    }
+
+    /// How often L or K says that the block is run.
+    fn repeats(&mut self, line: usize, block: &Block) -> Result<f64, String> {
+        let repeats = block.get('L').or(block.get('K')).unwrap_or(1.0);
+        let may_be_depth = matches!(self.cycle.code, 730 | 830) && block.word(b'K').is_some();
+        if !(0.0..=MAX_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {
+            let more = match may_be_depth {
+                true => "; K of G73 and G83 is a depth on Haas, which is not read: leave it out",
+                false => "",
+            };
+            return Err(format!("{repeats} repeats: expected a whole number from 0{more}"));
+        }
+        let what = if may_be_depth {
+            "K of G73 and G83 is taken as the number of holes, as on Fanuc: on Haas it is a depth \
+             behind which the tool goes back to R, and L is the number of holes"
+        } else if repeats > 1.0 && !self.relative && !self.is_sinumerik {
+            "L or K repeats the hole at one place under G90: a row of holes needs G91"
+        } else {
+            return Ok(repeats);
+        };
+        self.cutter.log.warning(Code::MotionLeftOut, line, what);
+        Ok(repeats)
+    }
+
+    /// A hole that counts from a place of which the manuals do not say where it is.
+    fn tell_place(&mut self, line: usize, block: &Block) {
+        let Plane([u, v, _]) = self.plane;
+        let is_stated = [u, v].iter().all(|axis| block.word(AXES[*axis]).is_some());
+        if self.cycle.asks_for_place && (self.relative || !is_stated) {
+            let what = "behind a pattern of holes, or X and Y beside L0 or K0, the next hole is \
+                        taken to count from where the last one was drilled: write X and Y of it \
+                        (of a pattern, its centre) under G90";
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+        }
     }
 
     /// Over a hole at rapid, as the rotary axes of `block` turn, down, and out: to Fanuc and Haas,

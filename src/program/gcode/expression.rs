@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use super::abbreviated::whole;
 use super::assumed::{Given, may_be_assumed};
 use crate::program::functions::function;
 use crate::program::span::{Held, Span};
@@ -410,22 +411,29 @@ impl<'t> Reader<'t> {
             return Ok(value);
         }
         self.at = before;
-        let name = self.letters();
-        if matches!(name.as_str(), "TRUE" | "FALSE") {
+        let letters = self.letters();
+        let is_sinumerik = self.parameters.is_sinumerik;
+        let name: &str = if is_sinumerik { &letters } else { whole(&letters) };
+        if matches!(name, "TRUE" | "FALSE") {
             return Ok(if name == "TRUE" { 1.0 } else { 0.0 });
+        }
+        if name == "NOT" && is_sinumerik {
+            return self.negated();
         }
         if name == "R" && self.bytes.get(self.at).is_some_and(u8::is_ascii_digit) {
             let number = self.number()?;
             return self.parameter(Key::Name(format!("r{number}")));
         }
-        if name == "R" && self.parameters.is_sinumerik && self.bytes.get(self.at) == Some(&b'[') {
+        if name == "R" && is_sinumerik && self.bytes.get(self.at) == Some(&b'[') {
             let key = self.indexed("r".to_owned())?;
             return self.parameter(key);
         }
         if name == "EXISTS" {
             return self.exists();
         }
-        let of_degrees: fn(f64) -> f64 = match name.as_str() {
+        let of_degrees: fn(f64) -> f64 = match name {
+            "TRUNC" if is_sinumerik => f64::trunc,
+            "POT" if is_sinumerik => |x| x * x,
             "FIX" => f64::floor,
             "FUP" => f64::ceil,
             "ROUND" => f64::round,
@@ -433,7 +441,7 @@ impl<'t> Reader<'t> {
             "ATAN" => return self.arc_tangent(),
             other => match function(other) {
                 Some(own) => own,
-                None if self.parameters.is_sinumerik => {
+                None if is_sinumerik => {
                     self.at = before;
                     return self.of_variable();
                 }
@@ -441,13 +449,22 @@ impl<'t> Reader<'t> {
             },
         };
         let value = self.deeper(Self::value)?;
-        if matches!(name.as_str(), "FIX" | "FUP") && value < 0.0 && value.fract() != 0.0 {
+        if matches!(name, "FIX" | "FUP") && value < 0.0 && value.fract() != 0.0 {
             return Err(format!(
                 "{name}[{value}]: Fanuc rounds towards zero or away from it, LinuxCNC down or up"
             ));
         }
         let value = of_degrees(value);
         if value.is_finite() { Ok(value) } else { Err(format!("{name} has no finite result")) }
+    }
+
+    /// Sinumerik's NOT, which binds its term before all operators.
+    fn negated(&mut self) -> Result<f64, String> {
+        match self.deeper(Self::value)? {
+            0.0 => Ok(1.0),
+            1.0 => Ok(0.0),
+            value => Err(format!("NOT {value}: expected a condition, which is 0 or 1")),
+        }
     }
 
     /// LinuxCNC's `EXISTS[#<name>]`.
@@ -543,6 +560,8 @@ impl<'t> Reader<'t> {
             }
             byte if byte.is_ascii_alphabetic() => {
                 let name = self.letters();
+                let is_sinumerik = self.parameters.is_sinumerik;
+                let name: &str = if is_sinumerik { &name } else { whole(&name) };
                 const NAMED: [(&str, u8); 11] = [
                     ("DIV", 3),
                     ("MOD", 3),
@@ -556,7 +575,7 @@ impl<'t> Reader<'t> {
                     ("OR", 0),
                     ("XOR", 0),
                 ];
-                let is_known = name != "DIV" || self.parameters.is_sinumerik;
+                let is_known = name != "DIV" || is_sinumerik;
                 return NAMED.into_iter().find(|(known, _)| *known == name && is_known);
             }
             _ => return None,

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::abbreviated::whole;
 use super::by_value;
 use super::expression::{Key, Locals, Parameters, Reader, not_vacant};
 use super::files::Files;
@@ -127,7 +128,7 @@ impl<'t> Flow<'t> {
                     open.extend(number.map(|number| (number, line)));
                 }
                 Some(b'E' | b'e') if keyword(content) == "END" => {
-                    let number = leading_number(content.get(3..).unwrap_or(""));
+                    let number = leading_number(content.get(letters(content)..).unwrap_or(""));
                     let from = open.iter().rposition(|(open, _)| Some(*open) == number);
                     if let Some(from) = from {
                         self.loops.push((open.remove(from).1, line));
@@ -362,7 +363,7 @@ impl<'t> Flow<'t> {
                 match self::keyword(rest) {
                     "GOTO" if truth => self.jump(rest).map(|()| true),
                     "THEN" if truth => {
-                        let rest = rest.get(4..).unwrap_or("").trim_start();
+                        let rest = rest.get(letters(rest)..).unwrap_or("").trim_start();
                         self.assign(rest).map(|()| true)
                     }
                     "GOTO" | "THEN" => Ok(true),
@@ -371,7 +372,7 @@ impl<'t> Flow<'t> {
             }
             "GOTO" => self.jump(content).map(|()| true),
             "WHILE" => {
-                let (truth, _) = self.condition(content, 5)?;
+                let (truth, _) = self.condition(content, letters(content))?;
                 let end = self.loops.iter().find(|(from, _)| *from == line);
                 let (_, end) = end.ok_or("WHILE without DO and END of its number")?;
                 if !truth {
@@ -420,7 +421,7 @@ impl<'t> Flow<'t> {
 
     /// `GOTO n`: to the line with N n.
     fn jump(&mut self, content: &str) -> Result<(), String> {
-        let mut reader = Reader::new(content.as_bytes(), 4, &self.parameters);
+        let mut reader = Reader::new(content.as_bytes(), letters(content), &self.parameters);
         let number = not_vacant(reader.expression()?)?;
         self.jump_to(number)
     }
@@ -598,13 +599,18 @@ impl<'t> Flow<'t> {
     }
 }
 
+/// How many letters a line begins with.
+fn letters(line: &str) -> usize {
+    line.bytes().take_while(u8::is_ascii_alphabetic).count()
+}
+
 /// The keyword that a line begins with; empty where there is none.
 fn keyword(line: &str) -> &'static str {
     const KEYWORDS: [&str; 11] =
         ["IF", "THEN", "ELSE", "ENDIF", "WHILE", "ENDWHILE", "END", "GOTO", "GOTOF", "GOTOB", "DO"];
-    let length = line.bytes().take_while(u8::is_ascii_alphabetic).count();
-    let word = line.get(..length).unwrap_or("");
-    KEYWORDS.into_iter().find(|known| known.eq_ignore_ascii_case(word)).unwrap_or("")
+    let word = line.get(..letters(line)).unwrap_or("").to_ascii_uppercase();
+    let find = |word: &str| KEYWORDS.into_iter().find(|known| *known == word);
+    find(&word).or_else(|| find(whole(&word))).unwrap_or("")
 }
 
 fn leading_number(text: &str) -> Option<i64> {

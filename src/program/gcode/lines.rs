@@ -1,14 +1,18 @@
 //! Lines and arcs, and corners between two lines: `,R`, `,C`, RND=, CHR=, CHF=.
 
-use nalgebra::{Rotation3, Unit, Vector2, Vector3};
+use nalgebra::{Rotation2, Rotation3, Unit, Vector2, Vector3};
 
-use super::block::{Block, CHAMFER_LENGTH, CHAMFERED, Counts, ON_THE_WAY, ROUNDED, TURNS};
+use super::block::{
+    Block, CHAMFER_LENGTH, CHAMFERED, Counts, ON_THE_WAY, OPENING, POLAR_ANGLE, POLAR_RADIUS,
+    RADIUS, ROUNDED, TURNS,
+};
 use super::frame::Place;
-use super::state::{Machine, Tip};
+use super::state::{AXES, Machine, Tip};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::{Arc, Centre, Plane, pieces};
 use crate::program::corner::{Corner, Kind};
+use crate::units::rad_from_deg;
 
 /// Programs round places to so much, mm.
 const ROUNDING_MM: f64 = 0.01;
@@ -82,7 +86,18 @@ impl Machine<'_> {
         if self.polar.is_on && block.has_any(b"IJK") {
             return Err("a centre under G16 is not supported".to_owned());
         }
-        let centre = self.centre(block, start, self.centre_absolute)?;
+        let mut end = Vector3::new(x, y, z);
+        let centre = match block.word(OPENING) {
+            Some(opening) => self.opened(block, [start, end], opening.value)?,
+            None => self.centre(block, start, self.centre_absolute)?,
+        };
+        if let (Some(opening), Centre::At(centre)) = (block.word(OPENING), centre) {
+            let Plane([u, v, _]) = self.plane;
+            let turned = if clockwise { -opening.value } else { opening.value };
+            let way = Vector2::new(start[u] - centre[0], start[v] - centre[1]);
+            let way = Rotation2::new(rad_from_deg(turned)) * way;
+            (end[u], end[v]) = (centre[0] + way.x, centre[1] + way.y);
+        }
         // Fanuc and LinuxCNC count the first turn, Sinumerik does not.
         let more_turns = match block.word(TURNS) {
             Some(word) => word.value,
@@ -93,7 +108,7 @@ impl Machine<'_> {
         }
         let arc = Arc {
             start,
-            end: Vector3::new(x, y, z),
+            end,
             plane: self.plane,
             turn: Rotation3::identity(),
             clockwise,
@@ -110,6 +125,32 @@ impl Machine<'_> {
             true => format!("{why}; as places (G90.1) I, J and K fit: the program must say so"),
             false => why,
         })
+    }
+
+    /// The centre of an arc with an opening angle, AR=, which stands with it or with the end.
+    fn opened(
+        &self,
+        block: &Block,
+        [start, end]: [Vector3<f64>; 2],
+        angle: f64,
+    ) -> Result<Centre, String> {
+        if !(angle > 0.0 && angle < 360.0) {
+            return Err(format!("AR= is {angle}°, must lie between 0 and 360"));
+        }
+        let Plane([u, v, _]) = self.plane;
+        let gives_end = block.has_any(&[AXES[u], AXES[v], POLAR_ANGLE, POLAR_RADIUS]);
+        match (gives_end, block.has_any(b"IJK")) {
+            _ if block.has_any(&[RADIUS, b'R']) => Err("AR= beside a radius".to_owned()),
+            (false, true) => self.centre(block, start, self.centre_absolute),
+            (true, false) => {
+                let chord = (end[u] - start[u]).hypot(end[v] - start[v]);
+                let radius = chord / 2.0 / rad_from_deg(angle / 2.0).sin();
+                Ok(Centre::Radius(if angle > 180.0 { -radius } else { radius }))
+            }
+            _ => Err("AR= stands with the centre (I, J, K) or with the end in the plane, one of \
+                      the two"
+                .to_owned()),
+        }
     }
 
     /// Whether an arc would close if I, J and K were the place of its centre.

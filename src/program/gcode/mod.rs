@@ -12,6 +12,8 @@
 //! (G28, G30, G53) are not in the program, so behind them axes are not known, either, until rapid
 //! moves set them again.
 
+mod abbreviated;
+mod addresses;
 mod assumed;
 mod block;
 mod by_value;

@@ -51,6 +51,22 @@ const HARMLESS: [&str; 42] = [
     "ORISOF",
 ];
 
+/// Words that change what later blocks mean, and why they are refused.
+const REFUSED: [(&str, &str); 7] = [
+    ("DEFINE", IS_TEXT),
+    ("DIAMON", IS_DIAMETER),
+    ("DIAM90", IS_DIAMETER),
+    ("ASPLINE", IS_SPLINE),
+    ("BSPLINE", IS_SPLINE),
+    ("CSPLINE", IS_SPLINE),
+    ("POLY", "moves by polynomials, which are not read: have lines and arcs written"),
+];
+const IS_TEXT: &str = "gives a text a name, which is not read: write the text where the name \
+                       stands, and leave the DEFINE out";
+const IS_DIAMETER: &str = "makes X a diameter, as in turning, which is not read: have DIAMOF and \
+                           radii written";
+const IS_SPLINE: &str = "begins a spline, which is not read: have lines and arcs written";
+
 /// Frames that end where they have no values.
 const FRAMES: [&str; 11] = [
     "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "CYCLE800", "ROTS",
@@ -174,6 +190,9 @@ impl Machine<'_> {
         }
         if HARMLESS.contains(&name) {
             return Ok(Name::None);
+        }
+        if let Some((_, why)) = REFUSED.into_iter().find(|(own, _)| *own == name) {
+            return Err(format!("{name} {why}"));
         }
         if FRAMES.contains(&name) {
             let is_zero = inside.split(',').all(|part| {

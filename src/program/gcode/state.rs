@@ -13,7 +13,7 @@ use crate::program::corner::Corner;
 use crate::program::cutter::{Cutter, Feed, FeedKind};
 use crate::program::log::Log;
 use crate::program::{DwellUnit, LengthUnit, Pace, Settings, tool_number};
-use crate::units::mm_from_inch;
+use crate::units::{deg_from_rad, mm_from_inch};
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
 const CENTRES: [u8; 3] = *b"IJK";
@@ -81,6 +81,8 @@ pub(super) struct Cycle {
     /// Between pecks the tool goes back a little alone.
     pub(super) breaks_chips: bool,
     pub(super) is_tap: bool,
+    /// A pattern ended, or X and Y stood beside L0: where the next hole counts from is not clear.
+    pub(super) asks_for_place: bool,
 }
 
 /// Why the tool's length does not count.
@@ -113,6 +115,8 @@ pub(super) struct Machine<'a> {
     pub(super) motion: Motion,
     pub(super) plane: Plane,
     pub(super) inches: bool,
+    /// The program has said it.
+    pub(super) states_unit: bool,
     feed_in_inches: bool,
     /// Of the feed that the cutter has.
     was_feed_in_inches: bool,
@@ -152,6 +156,8 @@ pub(super) struct Machine<'a> {
     pub(super) limit_rpm: Option<f64>,
     /// G97 of Sinumerik's holds.
     pub(super) is_g97: bool,
+    /// How far the tool has turned at feed while its tip stays, in moves on end, degrees.
+    turned_in_place: f64,
 }
 
 impl<'a> Machine<'a> {
@@ -166,6 +172,7 @@ impl<'a> Machine<'a> {
             motion: Motion::None,
             plane: Plane::XY,
             inches,
+            states_unit: false,
             feed_in_inches: inches,
             was_feed_in_inches: inches,
             basic_in_inches: inches,
@@ -193,6 +200,7 @@ impl<'a> Machine<'a> {
             was_rapid: false,
             limit_rpm: None,
             is_g97: false,
+            turned_in_place: 0.0,
         }
     }
 
@@ -203,7 +211,7 @@ impl<'a> Machine<'a> {
     /// G20 and G21, G70 and G71, G700 and G710.
     pub(super) fn set_unit(&mut self, inches: bool, of_lengths_alone: bool) {
         self.cutter.unit.state(!inches);
-        self.inches = inches;
+        (self.inches, self.states_unit) = (inches, true);
         self.feed_in_inches = if of_lengths_alone { self.basic_in_inches } else { inches };
     }
 
@@ -324,6 +332,7 @@ impl<'a> Machine<'a> {
     /// Rotary axes and tool directions of a block, and whether it turns any. The path is taken to
     /// be straight in the work, and the shorter way round.
     pub(super) fn turn(&mut self, line: usize, block: &Block, tip: Tip) -> Result<bool, String> {
+        let axis_before = self.cutter.axis;
         let direction = DIRECTION.map(|letter| block.word(letter).map(|word| word.value));
         let is_directed = direction.iter().any(Option::is_some);
         if is_directed {
@@ -351,28 +360,42 @@ impl<'a> Machine<'a> {
             self.cutter.log.warning(Code::UnitAssumed, line, what);
         }
         let is_still = follows_tip && tip == Tip::Stays;
+        if is_still {
+            let tilted = deg_from_rad(axis_before.angle(&self.cutter.axis));
+            self.tell_turn_in_place(line, turned.max(tilted));
+            return Ok(is_directed || turned > 0.0);
+        }
+        self.turned_in_place = 0.0;
         let most = match tip {
             Tip::Rapid => HALF_TURN_DEG,
-            _ if follows_tip && !is_still => HALF_TURN_DEG,
+            _ if follows_tip => HALF_TURN_DEG,
             _ => STRAIGHT_DEG,
         };
         if turned > most + ROUNDING_DEG && self.cutter.log.has_moved() {
-            let what = if is_still {
-                format!(
-                    "a rotary axis turns by {turned:.1}° at feed while the tool tip stays: how \
-                     long that takes is not known, as F is in degrees a minute there on many \
-                     controls; turn it by a rapid move, or in a block that moves the tip"
-                )
-            } else {
-                format!(
-                    "a rotary axis turns by {turned:.1}° in one move: it is read as straight in \
-                     the work, the shorter way round, and at the feed along that, which is right \
-                     under G43.4, TRAORI or M128 alone; write turns as steps of up to {most}°"
-                )
-            };
+            let what = format!(
+                "a rotary axis turns by {turned:.1}° in one move: it is read as straight in the \
+                 work, the shorter way round, and at the feed along that, which is right under \
+                 G43.4, TRAORI or M128 alone; write turns as steps of up to {most}°"
+            );
             self.cutter.log.warning(Code::MotionLeftOut, line, what);
         }
         Ok(is_directed || turned > 0.0)
+    }
+
+    /// A turn at feed while the tip stays: in small steps it takes as long as in one.
+    fn tell_turn_in_place(&mut self, line: usize, turned: f64) {
+        let most = STRAIGHT_DEG + ROUNDING_DEG;
+        let before = self.turned_in_place;
+        self.turned_in_place += turned;
+        if before <= most && self.turned_in_place > most && self.cutter.log.has_moved() {
+            let what = format!(
+                "the tool turns by {:.1}° at feed while the tool tip stays: how long that takes is \
+                 not known, as F is in degrees a minute there on many controls; turn it by a rapid \
+                 move, or in a block that moves the tip",
+                self.turned_in_place
+            );
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
+        }
     }
 
     /// Tool centre point control. The tool does not move by it; on turned work its place has other

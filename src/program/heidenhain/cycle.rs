@@ -45,6 +45,7 @@ impl Reader<'_, '_> {
         match number {
             _ if DRILLING.contains(&number) => {
                 let values = self.values(block)?;
+                complete(number, &values)?;
                 self.cycle = Some(Cycle { number, line, values });
                 self.is_refused = false;
                 Ok(())
@@ -438,6 +439,18 @@ impl Reader<'_, '_> {
         self.cutter.hole(line, Vector3::new(x, y, 0.0), Vector3::z(), &hole);
         Ok(())
     }
+}
+
+/// Words without which a cycle cannot be called.
+fn complete(number: f64, values: &HashMap<String, (f64, Option<Span>)>) -> Result<(), String> {
+    let feed = if number == 207.0 { "Q239" } else { "Q206" };
+    let mut needed = ["Q200", "Q201", feed, "Q203"].into_iter();
+    needed.find(|name| !values.contains_key(*name)).map_or(Ok(()), |name| {
+        Err(format!(
+            "cycle {number} has no {name}: its Q words stand behind it, joined by '~' at the end \
+             of each line"
+        ))
+    })
 }
 
 /// Depths with those between at which chips are broken, and at which the tool comes out.

@@ -89,18 +89,26 @@ impl Formula<'_> {
                     self.at += 1;
                     "DIV".to_owned()
                 }
+                Some(b'%') => {
+                    self.at += 1;
+                    "%".to_owned()
+                }
                 Some(byte) if byte.is_ascii_alphabetic() => self.letters(),
                 _ => return Ok(value),
             };
-            if !matches!(operator.as_str(), "*" | "DIV" | "LEN" | "ANG") {
+            if !matches!(operator.as_str(), "*" | "%" | "DIV" | "LEN" | "ANG") {
                 self.at = before;
                 return Ok(value);
             }
             let by = self.power()?;
             value = match operator.as_str() {
                 "*" => value * by,
-                "DIV" if by == 0.0 => return Err("division by zero".to_owned()),
+                "DIV" | "%" if by == 0.0 => return Err("division by zero".to_owned()),
                 "DIV" => value / by,
+                "%" if value < 0.0 || by < 0.0 => {
+                    return Err(format!("{value} % {by}: the remainder is read of numbers from 0"));
+                }
+                "%" => value % by,
                 "LEN" => value.hypot(by),
                 // FN 13: of the first over the second, from 0 to 360.
                 _ => deg_from_rad(value.atan2(by)).rem_euclid(360.0),
@@ -206,6 +214,7 @@ mod tests {
             ("( Q1 + 2 ) / Q2", -3.0),
             ("+4 DIV +Q2", -1.0),
             ("+3 LEN +4", 5.0),
+            ("400 % 360", 40.0),
             ("+10 ANG -Q1", 135.0),
             ("SQRT 16 * SIN 30", 2.0),
             ("INT Q12 + FRAC Q12", 3.5),
@@ -218,6 +227,7 @@ mod tests {
         for (text, said) in [
             ("Q3 + 1", "Q3 is read"),
             ("1 / 0", "division by zero"),
+            ("-1 % 3", "numbers from 0"),
             ("( 1", "expected ')'"),
             ("1 )", "')' is not understood"),
             ("FOO 1", "'FOO'"),

@@ -107,6 +107,37 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
+    /// M codes and STOP in a block of their own: of these M140 moves the tool, and M99 calls the
+    /// cycle.
+    pub(super) fn m_block(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        let has = |own: f64| block.all("M").any(|code| code == own);
+        let retracts = has(140.0);
+        let is_other = |word: &&Word<'_>| match word.name {
+            "M" | "STOP" => false,
+            "MB" | "MAX" | "F" | "FMAX" => !retracts,
+            _ => true,
+        };
+        if let Some(word) = block.words.iter().find(is_other) {
+            let number = word.value.map_or(String::new(), |value| value.to_string());
+            return Err(format!(
+                "'{}{number}' in a block that begins with M or STOP: M codes alone are read there; \
+                 write it behind L or TOOL CALL",
+                word.name
+            ));
+        }
+        if retracts {
+            return self.motion(line, block);
+        }
+        self.m_codes(line, block, has(99.0))?;
+        if has(99.0) {
+            self.drill(line)?;
+            if has(5.0) {
+                self.cutter.turn_spindle(line, false);
+            }
+        }
+        Ok(())
+    }
+
     /// M140 MB: along the tool axis by so much, at the feed behind it or at rapid.
     fn retract(&mut self, line: usize, block: &Block<'_>, by: f64) -> Result<(), String> {
         let at = self.cutter.place().ok_or("M140 from an unknown position")?;

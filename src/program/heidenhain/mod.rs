@@ -210,6 +210,11 @@ impl<'a, 't> Reader<'a, 't> {
         if !block.is_quiet() {
             self.tell_unknown();
         }
+        if block.name(0) == "ERROR" {
+            return Err("the control has marked this block as faulty (ERROR =): correct it, or \
+                        take it out, on the control or where the program was written"
+                .to_owned());
+        }
         // `X+Q5` and `FQ5` of a Q5 that nothing has set.
         let is_unset = |word: &Word<'_>| {
             word.name.len() > 1
@@ -267,7 +272,8 @@ impl<'a, 't> Reader<'a, 't> {
                 Ok(())
             }
             "FUNCTION" if block.name(1) == "DWELL" => self.dwell(line, block),
-            "" | "BLK" | "STOP" | "FUNCTION" => {
+            "" | "STOP" | "M" => self.m_block(line, block),
+            "BLK" | "FUNCTION" => {
                 if block.name(0) == "FUNCTION" && !block.has("RESET") {
                     return Err(format!("FUNCTION {} is not supported", block.name(1)));
                 }
@@ -317,7 +323,6 @@ impl<'a, 't> Reader<'a, 't> {
             "TRANS" => Err("TRANS DATUM takes the shift from a table or a point of the control: \
                             have TRANS DATUM AXIS written"
                 .into()),
-            "M" => self.m_codes(line, block, false),
             name if name.starts_with('Q') => self.assign(text, block),
             "SPL" => Err("SPL is a spline, which is not read: have lines and arcs written".into()),
             name => Err(format!("'{name}' is not understood; motion may be lost")),

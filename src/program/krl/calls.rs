@@ -38,6 +38,13 @@ impl<'a> Run<'a> {
         if sets || is_harmless(name) {
             return Flow::Next;
         }
+        if name == "rsi_movecorr" {
+            let what = "RSI_MOVECORR is a function of the controller: sensors move the robot \
+                        there, by what is known only at run time; leave it out of the file that \
+                        is checked";
+            self.log.error(Code::Motion, line, what);
+            return Flow::Next;
+        }
         let is_given_place = values.iter().any(is_position);
         if is_given_place || sounds_like_motion(name) {
             let why = if is_given_place { "is given a position" } else { "moves by its name" };

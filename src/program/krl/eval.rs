@@ -49,8 +49,9 @@ impl<'a> Run<'a> {
                 other => known(other.num().map(Value::real)),
             },
             Expr::Binary(operator, left, right) => {
-                let (left, right) = (self.eval(left), self.eval(right));
-                known(binary(operator, &left, &right))
+                let (of, to) = (self.eval(left), self.eval(right));
+                let found = binary(operator, &of, &to);
+                known(found.map_err(|why| self.with_name(why, [(left, &of), (right, &to)])))
             }
             Expr::TwoWays(ways) => self.either_way(ways),
         }
@@ -181,6 +182,9 @@ impl<'a> Run<'a> {
         }
         // The job may call an output by any of its names.
         let names = self.names(key);
+        if let Some(name) = self.assumed_name(&names).filter(|_| !self.forgotten.contains(key)) {
+            return name;
+        }
         let assumed = names.iter().find_map(|name| self.settings.assume.get(name));
         let assumed = assumed.copied();
         match (own, assumed.filter(|_| !self.forgotten.contains(key))) {
@@ -208,6 +212,7 @@ impl<'a> Run<'a> {
                 }
             },
             "$tool" => of_frame(&self.tcp),
+            "$vel" => self.speeds(),
             _ if key.starts_with("tool_data[") => self.of_job(key, tool_frame),
             _ if key.starts_with("base_data[") => self.of_job(key, base_frame),
             _ if key.starts_with('$') => {
@@ -462,7 +467,7 @@ impl<'a> Run<'a> {
             }
             // The speed and the frames of inline forms.
             "svel_cp" | "svel_joint" => known(match first {
-                Some(value) if name == "svel_cp" => self.basic_velocity(self.line, value),
+                Some(value) if name == "svel_cp" => self.speeds_of_spline(self.line, value),
                 Some(value) => self.basic_share(self.line, value),
                 None => Err("no speed".to_owned()),
             }),
@@ -572,6 +577,11 @@ fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> 
         "==" | "<>" => {
             let same = match (left, right) {
                 (Value::Unknown(why), _) | (_, Value::Unknown(why)) => return Err(why.clone()),
+                (Value::Enum(_), Value::Enum(_)) => left == right,
+                // No number and no truth is a name.
+                (Value::Enum(name), other) | (other, Value::Enum(name)) => {
+                    return Err(other.instead_of(&format!("a name as #{}", name.to_uppercase())));
+                }
                 (Value::Num(a, _, of_a), Value::Num(b, _, of_b)) if is_whole(*of_a, *of_b) => {
                     a == b
                 }

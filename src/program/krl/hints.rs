@@ -7,12 +7,13 @@ use super::interrupts::fixed_key;
 use super::run::Run;
 use super::signals::named_by;
 use super::syntax::{Block, Expr, File, Path, Routine, What};
+use super::value::Value;
 use super::walk::{blocks_in, names_in};
 use super::words::{is_harmless, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::all;
 use crate::program::spindle_names::{doubt, is_spindles};
-use crate::program::{Setter, Settings};
+use crate::program::{Assumed, Setter, Settings};
 
 /// Parts of tools, frames and places.
 const PARTS: [&str; 11] = ["x", "y", "z", "a", "b", "c", "s", "t", "a1", "m", "cm"];
@@ -143,6 +144,31 @@ impl<'a> Run<'a> {
         if let Some(name) = names.into_iter().rev().find(|name| is_spindles(name)) {
             self.doubt(line, name);
         }
+    }
+
+    /// `$MODE_OP==#EX`: which name of an enumeration a datum has by the job's word.
+    pub(super) fn assumed_name(&self, names: &[String]) -> Option<Value> {
+        let given = self.settings.assume.iter().filter(|(_, is)| **is == Assumed::Truth(true));
+        let mut given = given.filter_map(|(said, _)| said.split_once("=="));
+        let is_it = |(datum, _): &(&str, &str)| names.iter().any(|own| own == datum.trim());
+        let (_, name) = given.find(is_it)?;
+        Some(Value::Enum(name.trim().strip_prefix('#')?.to_owned()))
+    }
+
+    /// What the job can say of a datum that is compared with the name of an enumeration.
+    pub(super) fn with_name(&self, why: String, sides: [(&Expr, &Value); 2]) -> String {
+        let (path, name) = match sides {
+            [(Expr::Ref(path), _), (_, Value::Enum(name))]
+            | [(_, Value::Enum(name)), (Expr::Ref(path), _)] => (path, name),
+            _ => return why,
+        };
+        let is_set = self.globals.contains_key(&path.name) || self.is_own(&path.name);
+        let is_part = !path.fields.is_empty() || !path.indices.is_empty();
+        if is_set || is_part || self.forgotten.contains(&path.name) {
+            return why;
+        }
+        let said = format!("{}==#{name}", path.name).to_uppercase();
+        format!("{why}; assume: {{\"{said}\": true}} in the job says that it is so")
     }
 
     /// Whether a datum is of the routine that runs.

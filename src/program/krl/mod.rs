@@ -17,6 +17,7 @@ mod lexer;
 mod lines;
 mod modules;
 mod moves;
+mod open;
 mod orientation;
 mod pace;
 mod parser;

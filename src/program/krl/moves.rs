@@ -13,8 +13,7 @@ use super::value::{AXES, Parts, Value, base, frame, part};
 use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Load, Target, Turning};
 use crate::notes::Code;
-use crate::program::Pace;
-use crate::program::log::{States, Tool};
+use crate::program::log::Tool;
 use crate::program::spindle_names::is_spindles;
 use crate::units::{rad_from_deg, ratio_from_percent};
 
@@ -23,7 +22,7 @@ const LOADS: usize = 16;
 
 /// Speeds, orientation, tool and base, load.
 type Kept = (
-    (Option<f64>, Shares, [Option<f64>; 2]),
+    (Option<f64>, Option<String>, Shares, [Option<f64>; 2]),
     Turns,
     ((Isometry3<f64>, Option<Tool>), (Isometry3<f64>, Option<String>, Option<OfWorld>)),
     Option<(String, [bool; 2])>,
@@ -160,20 +159,6 @@ impl<'a> Run<'a> {
         Ok(true)
     }
 
-    fn set_velocity(&mut self, line: usize, value: &Value) -> Result<(), String> {
-        let velocity = value.num()?;
-        if !(velocity > 0.0 && velocity.is_finite()) {
-            return Err(format!("the speed is {velocity} m/s, must be positive"));
-        }
-        let span = match value {
-            Value::Num(_, span, _) => *span,
-            _ => None,
-        };
-        self.log.states(line, span, States::Feed { value: velocity });
-        self.velocity = Some(velocity);
-        Ok(())
-    }
-
     /// $VEL.ORI1, $VEL.ORI2, deg/s: how fast the tool's direction swivels, and how fast it turns
     /// about that. A turn is both in some proportion; the lower speed is taken for all of it.
     fn set_turning(&mut self, line: usize, field: &str, value: &Value) -> Result<(), String> {
@@ -213,7 +198,7 @@ impl<'a> Run<'a> {
         };
         match what.as_str() {
             "initmov" => self.initialise(line),
-            "acc_cp" | "acc_ptp" | "acc_gluecp" | "ov_pro" | "acc_ori" => Ok(()),
+            "acc_cp" | "acc_ptp" | "acc_glue" | "acc_gluecp" | "acc_ori" => Ok(()),
             "vel_cp" => self.set_basic_velocity(line, number),
             "vel_ptp" => self.set_basic_share(line, number),
             "tool" => {
@@ -234,28 +219,21 @@ impl<'a> Run<'a> {
                 self.set_basic_velocity(line, number)?;
                 self.frames_of_form(line)
             }
-            "ptp_dat" => match self.velocity_of_form("pdat_act") {
-                Ok(share) => self.set_basic_share(line, &share),
-                // As rapid as where no speed is set, until one is: then nothing was lost.
-                Err(why) => {
-                    self.shares = Shares::default();
-                    self.unknown_share = Some(why);
-                    Ok(())
-                }
-            },
+            "ptp_dat" => self.share_of_data(line),
             "cp_dat" => {
-                let velocity = self.velocity_of_form("ldat_act")?;
+                self.velocity_of_data(line)?;
                 self.turns_of_form();
-                self.set_basic_velocity(line, &velocity)
+                Ok(())
             }
             "frames" => self.frames_of_form(line),
+            "ov_pro" => Err("#OV_PRO is no command of bas.src: write $OV_PRO=…".to_owned()),
             other => Err(format!("#{} is not understood", other.to_uppercase())),
         }
     }
 
     /// The basic package slows what is within its limit by DEF_VEL_FACT (bas.src, VEL_CP), where a
     /// file declares it.
-    fn set_basic_velocity(&mut self, line: usize, value: &Value) -> Result<(), String> {
+    pub(super) fn set_basic_velocity(&mut self, line: usize, value: &Value) -> Result<(), String> {
         let allowed = self.basic_velocity(line, value)?;
         let (asked, run) = (value.num()?, allowed.num()?);
         match self.velocity_factor() {
@@ -277,6 +255,8 @@ impl<'a> Run<'a> {
         self.set_basic_share(line, &Value::real(100.0))?;
         let factor = self.velocity_factor();
         self.velocity = self.datum("def_vel_cp").num().ok().map(|velocity| velocity * factor);
+        self.velocity.into_iter().for_each(|velocity| self.doubt_velocity(line, velocity));
+        self.unsure_velocity = None;
         self.turning = ["def_vel_ori1", "def_vel_ori2"]
             .map(|key| self.datum(key).num().ok().map(rad_from_deg));
         self.starts_in_world();
@@ -360,7 +340,8 @@ impl<'a> Run<'a> {
 
     /// What WITH may set for a motion.
     fn kept(&self) -> Kept {
-        let speeds = (self.velocity, self.shares, self.turning);
+        let unsure = self.unsure_velocity.clone();
+        let speeds = (self.velocity, unsure, self.shares, self.turning);
         let tool = (self.tcp, self.log.tool_of_tcp());
         let frames = (tool, (self.base, self.no_base.clone(), self.of_world));
         (speeds, self.turns, frames, self.unknown_form.clone(), self.log.carried())
@@ -373,7 +354,7 @@ impl<'a> Run<'a> {
         self.tcp = tool.0;
         self.log.tcp_of(tool.1);
         self.log.load(load.as_ref());
-        (self.velocity, self.shares, self.turning) = speeds;
+        (self.velocity, self.unsure_velocity, self.shares, self.turning) = speeds;
     }
 
     pub(super) fn motion(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
@@ -461,14 +442,11 @@ impl<'a> Run<'a> {
                 return self.arc(line, via, end, motion.angle.as_ref());
             }
         };
-        let pace = if motion.way == Way::Joint { self.joint_pace(line) } else { self.pace() };
+        let is_joint = motion.way == Way::Joint;
+        let pace = if is_joint { self.joint_pace(line) } else { self.path_pace(line) };
         self.log.motion(line, to, self.tcp, pace);
         self.joints = None;
         Ok(())
-    }
-
-    fn pace(&self) -> Pace {
-        self.velocity.map_or(Pace::Unstated, |velocity| Pace::Feed(velocity * self.over))
     }
 
     /// An arc; CA says how far it goes on, whatever the end.
@@ -479,7 +457,7 @@ impl<'a> Run<'a> {
         end: Isometry3<f64>,
         angle: Option<&'a Expr>,
     ) -> Result<(), String> {
-        let pace = self.pace();
+        let pace = self.path_pace(line);
         self.joints = None;
         // The orientation of the point on the way does not count: the tool goes the short way.
         let from = self.log.last().map(|last| last.with(&self.tcp));

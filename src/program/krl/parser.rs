@@ -15,6 +15,10 @@ use super::value::Type;
 use super::words::{fills, is_harmless_keyword, is_predefined_type};
 use crate::wording::counted;
 
+const DISPLAY: &str = "this is what the pendant shows of an inline form, without its data: take \
+                       the .src file from the controller, where lines with BAS and the data stand \
+                       in folds";
+
 /// Parses a file into `file`; the routines of the main one, number 0, may be where the program
 /// starts. `names` are those that stand for others in it.
 pub(super) fn parse(text: &str, file: &mut File, number: usize, names: &HashMap<String, String>) {
@@ -161,10 +165,11 @@ impl Parser {
 
     fn statement(&mut self) -> Result<What, String> {
         let Some(line) = self.lines.get(self.at) else { return Err("the file ends".to_owned()) };
+        let as_shown = is_display(&line.text);
         let tokens = match &line.tokens {
             Ok(tokens) => tokens.clone(),
             Err(why) => {
-                let why = why.clone();
+                let why = if as_shown { DISPLAY.to_owned() } else { why.clone() };
                 self.at += 1;
                 return Err(why);
             }
@@ -244,7 +249,8 @@ impl Parser {
             }
             "ptp" | "lin" | "circ" | "sptp" | "slin" | "scirc" | "spl" | "ptp_rel" | "lin_rel"
             | "circ_rel" | "sptp_rel" | "slin_rel" | "scirc_rel" | "spl_rel" => {
-                cursor.behind(1)?.motion(&first)
+                let found = cursor.behind(1)?.motion(&first);
+                found.map_err(|why| if as_shown { DISPLAY.to_owned() } else { why })
             }
             "resume" | "brake" | "time_block" | "const_vel" => {
                 Err(format!("{}: is not supported", first.to_uppercase()))
@@ -321,6 +327,14 @@ impl Parser {
             }
         }
     }
+}
+
+/// `PTP P1 Vel=80 % PDAT1 Tool[1]`: what the pendant shows of an inline form.
+fn is_display(text: &str) -> bool {
+    let text = text.split(';').next().unwrap_or("").to_ascii_lowercase();
+    let mut words = text.split_whitespace();
+    let is_move = matches!(words.next(), Some("ptp" | "lin" | "circ" | "sptp" | "slin" | "scirc"));
+    is_move && words.any(|word| word.starts_with("vel="))
 }
 
 fn is_word(token: &Kind, words: &[&str]) -> bool {

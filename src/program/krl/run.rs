@@ -8,11 +8,6 @@ use super::shares::Shares;
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::turns::Turns;
 use super::value::{Sort, Type, Value, base, unset};
-use super::walk::{expressions, functions_in};
-use super::words::{
-    BEHIND_MOVE, MAY_SET, fills, is_harmless, is_own_function, is_without_effect,
-    sounds_like_motion,
-};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_name};
@@ -28,8 +23,6 @@ const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 
 const ENDLESS: &str =
     "an endless loop: read once, without the move from its end back to its beginning";
-
-const DEPENDS: &str = " depends on a condition: ";
 
 /// The data of a routine.
 #[derive(Debug, Default)]
@@ -101,7 +94,7 @@ pub(super) struct Run<'a> {
     /// A function has ended the program.
     pub(super) is_halted: bool,
     /// A branch that may leave a loop was not decided.
-    is_way_open: bool,
+    pub(super) is_way_open: bool,
     /// The line of the main file that runs, and the place in another file, if it is there.
     pub(super) line: usize,
     pub(super) place: (usize, usize),
@@ -122,11 +115,13 @@ pub(super) struct Run<'a> {
     pub(super) has_left: bool,
     /// $VEL.CP, m/s.
     pub(super) velocity: Option<f64>,
+    /// Why the controller may have another: the data of a form have set it.
+    pub(super) unsure_velocity: Option<String>,
     /// $VEL.ORI1 and $VEL.ORI2, rad/s.
     pub(super) turning: [Option<f64>; 2],
     /// $VEL_AXIS and $VEL_EXTAX.
     pub(super) shares: Shares,
-    /// Why the share of the last inline form is not known.
+    /// Why the share of the last inline form is not known, or may be another.
     pub(super) unknown_share: Option<String>,
     /// Why tool and base of the last inline form are not known, and which the program has stated
     /// since.
@@ -177,6 +172,7 @@ impl<'a> Run<'a> {
             asked_in: None,
             has_left: false,
             velocity: None,
+            unsure_velocity: None,
             turning: [None; 2],
             shares: Shares::default(),
             unknown_share: None,
@@ -437,81 +433,6 @@ impl<'a> Run<'a> {
                 (None, None) => {}
             }
         }
-    }
-
-    /// One of the blocks may run or not: harmless if they neither move nor set anything.
-    fn undecided(&mut self, line: usize, keyword: &str, why: &str, blocks: [&'a Block; 2]) {
-        let mut open: Vec<&'a Block> = blocks.into_iter().collect();
-        while let Some(block) = open.pop() {
-            for statement in block {
-                // A statement of another file counts as the one that leads to it.
-                let own = if statement.file == 0 { statement.line } else { line };
-                self.doubt_open(own, &statement.what);
-                if self.calls_a_routine(expressions(&statement.what)) {
-                    return self.decides(line, keyword, why);
-                }
-                for (name, args) in functions_in(expressions(&statement.what)) {
-                    self.fill(name, args);
-                    if !self.file.functions.contains_key(name) && !is_own_function(name) {
-                        self.not_read(own, name, args);
-                    }
-                }
-                match &statement.what {
-                    What::Call(name, args) if name == "pulse" => self.pulse(args),
-                    What::Call(name, args) if name == "wait for" => {
-                        let values: Vec<Value> =
-                            args.iter().map(|arg| self.argument(arg.as_ref())).collect();
-                        self.waited(args, &values);
-                    }
-                    What::Call(name, args) if fills(name) => self.fill(name, args),
-                    What::Declare(..)
-                    | What::Halt
-                    | What::WaitSec(_)
-                    | What::Label(_)
-                    | What::InterruptOff(_) => {}
-                    What::InterruptDecl(number, action) => {
-                        self.declare_interrupt(number, action.as_deref());
-                    }
-                    What::InterruptOn(number) => self.interrupt_on(own, number.as_ref()),
-                    What::Trigger(action) => self.trigger(own, action.as_deref()),
-                    What::Call(name, _)
-                        if !self.file.routines.contains_key(name) && is_harmless(name) => {}
-                    What::Assign(path, _)
-                        if is_without_effect(&path.name) || !path.name.starts_with('$') =>
-                    {
-                        // Of conditions that depend on conditions the cause is told.
-                        let cause = why.rsplit(DEPENDS).next().unwrap_or(why);
-                        let what = format!("'{}'{DEPENDS}{cause}", path.name);
-                        self.forget(path, &what);
-                    }
-                    What::If(_, yes, no) => open.extend([yes, no]),
-                    What::Call(name, args)
-                        if !self.file.routines.contains_key(name)
-                            && name != "bas"
-                            && !sounds_like_motion(name) =>
-                    {
-                        self.not_read(own, name, args);
-                    }
-                    _ => {
-                        self.decides(line, keyword, why);
-                        return;
-                    }
-                }
-            }
-        }
-    }
-
-    fn decides(&mut self, line: usize, keyword: &str, why: &str) {
-        self.is_way_open = true;
-        let hint = match why {
-            _ if why.contains("assume: ") => "",
-            _ if why.contains(MAY_SET) || why.contains(BEHIND_MOVE) => {
-                "; path.program.files in the job can name its file"
-            }
-            _ => "; assume: in the job can settle it",
-        };
-        let what = format!("{keyword} decides about motion at run time: {why}{hint}");
-        self.log.error(Code::Motion, line, what);
     }
 
     fn for_loop(

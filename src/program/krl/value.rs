@@ -134,7 +134,7 @@ impl Value {
         }
     }
 
-    fn instead_of(&self, expected: &str) -> String {
+    pub(super) fn instead_of(&self, expected: &str) -> String {
         match self {
             Self::Unknown(why) => why.clone(),
             Self::Num(number, ..) => format!("expected {expected}, found {number}"),

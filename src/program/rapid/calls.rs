@@ -71,6 +71,9 @@ impl<'a> Interpreter<'a> {
         self.frames.push(frame);
         let handles = usize::from(routine.in_handlers.contains("error"));
         self.handlers += handles;
+        let own = self.file.functions.get(&routine.name.key);
+        let own = own.filter(|own| std::ptr::eq(*own, routine));
+        let outer = std::mem::replace(&mut self.function, own);
         let flow = match self.block(&routine.body) {
             Flow::Goto(label) => {
                 let what = format!("GOTO {label}: no block around it has this label");
@@ -80,6 +83,7 @@ impl<'a> Interpreter<'a> {
             flow => flow,
         };
         self.handlers -= handles;
+        self.function = outer;
         let frame = self.frames.pop().unwrap_or_default();
         for (path, key) in back {
             if let Some(datum) = frame.get(key) {

@@ -2,10 +2,12 @@
 //! and becomes a fault only where motion depends on it.
 
 use super::constants::{predefined, stop_point};
+use super::frames::as_own_frame;
 use super::functions::{self, Given};
 use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::number::Number;
+use super::offered::FILE;
 use super::outputs::WHOLE;
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
 use super::texts;
@@ -377,9 +379,12 @@ impl<'a> Interpreter<'a> {
 
     /// The value that a declaration gives.
     pub(super) fn initial_value(&mut self, declaration: &'a Declaration) -> Value {
+        let value = self.value_of(declaration);
+        as_own_frame(declaration, value)
+    }
+
+    fn value_of(&mut self, declaration: &'a Declaration) -> Value {
         match (declaration.name.key.as_str(), &declaration.value) {
-            ("tool0", _) => Value::Tool0,
-            ("wobj0", _) => Value::Wobj0,
             (key, _) if declaration.is_persistent && self.assumed(key).is_some() => {
                 self.assumed(key).unwrap_or(Value::Absent)
             }
@@ -430,7 +435,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// What a parameter of the routine that runs is now.
-    fn parameter(&self, key: &str) -> Option<Value> {
+    pub(super) fn parameter(&self, key: &str) -> Option<Value> {
         let datum = self.frames.last().and_then(|frame| frame.get(key))?;
         let Some((other, way)) = &datum.stands_for else { return Some(datum.value.clone()) };
         let mut value = self.root(Scope::Module, other)?;
@@ -520,6 +525,9 @@ impl<'a> Interpreter<'a> {
         let found = texts::call(&name.key, &given);
         match found.or_else(|| functions::call(&name.key, &given)) {
             Some(Ok(value)) => value,
+            Some(Err(why)) if name.key == "dim" && self.is_missed(args) => {
+                Value::unknown(format!("{}: {why}; {FILE}", name.shown))
+            }
             Some(Err(why)) => Value::unknown(format!("{}: {why}", name.shown)),
             None => {
                 self.fill(name, args);

@@ -3,6 +3,8 @@
 
 use super::instructions::{may_be_set, may_set};
 use super::interpreter::Interpreter;
+use super::offered::{COPY, is_plain};
+use super::outputs::WHOLE;
 use super::syntax::{Args, Expr, Name, Optional, Path};
 use super::value::Value;
 use super::walk::{given, is_settable, names_in};
@@ -72,12 +74,34 @@ impl<'a> Interpreter<'a> {
             self.lose(path, &format!("{} fills in", name.shown));
         }
         let file = self.file;
+        if name.key == "getdataval"
+            && let Some((path, value)) = self.named_constant(args)
+        {
+            self.forget(&path.name, &value);
+        }
         if let ("setdataval", Some(Expr::Text(text))) = (name.key.as_str(), args.positional.first())
             && let Some(data) = file.data.get(&text.to_lowercase())
         {
             let what = format!("{} sets '{}': known only at run time", name.shown, data.name.shown);
             self.forget(&data.name, &Value::unknown(what));
         }
+    }
+
+    /// `GetDataVal "p10",q;`: a datum as a whole, and the constant of all modules that a text
+    /// names, of the same type.
+    fn named_constant(&mut self, args: &'a Args) -> Option<(&'a Path, Value)> {
+        let [Expr::Text(text), Expr::Ref(path)] = args.positional.as_slice() else { return None };
+        let file = self.file;
+        let key = text.trim().to_lowercase();
+        let (key, data) = file.data.get_key_value(&key)?;
+        let is_it = data.is_constant
+            && !data.is_local
+            && data.dimensions.is_empty()
+            && args.optional.is_empty()
+            && path.is_whole()
+            && self.kind_of(&path.name.key) == Some(&data.kind);
+        let value = self.datum_now(key).filter(|_| is_it)?;
+        Some((path, value))
     }
 
     /// What a call that is in no file may have set.
@@ -105,8 +129,11 @@ impl<'a> Interpreter<'a> {
         if own.is_some() {
             self.heed(key);
         }
+        let kind = self.kind_of(key);
+        let is_plain = kind.is_none_or(|kind| is_plain(self.file, kind)) && path.is_whole();
+        let hint = if is_plain { String::new() } else { format!("; {WHOLE}: {COPY}") };
         let value = own.map_or_else(
-            || Value::unknown(format!("{by} '{}': known only at run time", path.name.shown)),
+            || Value::unknown(format!("{by} '{}': known only at run time{hint}", path.name.shown)),
             |own| Value::from(*own),
         );
         self.forget(&path.name, &value);
@@ -142,21 +169,28 @@ impl<'a> Interpreter<'a> {
             return;
         }
         for name in names_in(vec![condition]) {
-            if self.settings.assume.contains_key(&name.key) {
-                self.heed(&name.key);
-            }
-            let value = self.settings.assume.get(&name.key).map_or_else(
-                || {
-                    let what = "another task sets it while WaitUntil waits: known only at run time";
-                    Value::unknown(format!("'{}': {what}", name.shown))
-                },
-                |own| Value::from(*own),
-            );
-            let is_declared = self.file.data.contains_key(&name.key);
-            // What the job says of a signal holds on.
-            if is_declared || matches!(value, Value::Unknown(_)) {
-                self.forget(name, &value);
-            }
+            self.set_while(name, "WaitUntil", true);
+        }
+    }
+
+    /// Another task has set what the program waited for: to what the job assumes, or it is known
+    /// only at run time.
+    pub(super) fn set_while(&mut self, name: &'a Name, waits: &str, heeds_job: bool) {
+        let assumed = self.settings.assume.get(&name.key).filter(|_| heeds_job);
+        if assumed.is_some() {
+            self.heed(&name.key);
+        }
+        let value = assumed.map_or_else(
+            || {
+                let what = format!("another task sets it while {waits} waits");
+                Value::unknown(format!("'{}': {what}: known only at run time", name.shown))
+            },
+            |own| Value::from(*own),
+        );
+        let is_declared = self.file.data.contains_key(&name.key);
+        // What the job says of a signal holds on.
+        if is_declared || matches!(value, Value::Unknown(_)) {
+            self.forget(name, &value);
         }
     }
 }

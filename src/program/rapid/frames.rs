@@ -2,15 +2,39 @@
 
 use std::sync::Arc;
 
+use nalgebra::Isometry3;
+
 use super::carried::{Carrier, Holds, ToolFrame, WorkObject};
+use super::eval::Scope;
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr, Step};
+use super::load::PLACEHOLDER_KG;
+use super::syntax::{Args, Declaration, Expr, Step};
 use super::value::{Value, pose};
 use crate::motion::Work;
 use crate::notes::Code;
 use crate::program::log::Tool;
 
 impl<'a> Interpreter<'a> {
+    /// Of data of the names of the controller's own tool and work object that all modules see and
+    /// that say otherwise: the controller may refuse them.
+    pub(super) fn doubt_own_frames(&mut self) {
+        let file = self.file;
+        for key in ["tool0", "wobj0"] {
+            let Some(own) = file.data.get(key).filter(|own| !own.is_local) else { continue };
+            let is_known = self.work_out(own).is_ok();
+            let value = self.own_root(Scope::Module, key).filter(|_| is_known);
+            if matches!(value, Some(Value::Tool0 | Value::Wobj0)) {
+                continue;
+            }
+            let what = format!(
+                "'{key}' is the controller's own, and is declared otherwise here: the declaration \
+                 is used where '{key}' is named, and the controller may refuse it or use its own; \
+                 give it another name"
+            );
+            self.log.warning(Code::ChangeIgnored, own.line.max(1), what);
+        }
+    }
+
     pub(super) fn tool_centre_point(
         &mut self,
         line: usize,
@@ -210,6 +234,39 @@ impl<'a> Interpreter<'a> {
                 .to_owned()),
         }
     }
+}
+
+/// What a declaration gives: one of the name of the controller's own tool or work object that says
+/// the same as that, as system modules do, is that.
+pub(super) fn as_own_frame(declaration: &Declaration, value: Value) -> Value {
+    let shown = &declaration.name.shown;
+    let own = match declaration.kind.as_str() {
+        "tooldata" if shown.eq_ignore_ascii_case("tool0") => Value::Tool0,
+        "wobjdata" if shown.eq_ignore_ascii_case("wobj0") => Value::Wobj0,
+        _ => return value,
+    };
+    let is_shared = declaration.is_persistent && declaration.value.is_none();
+    let is_same = match own {
+        Value::Tool0 => is_plain_tool(&value),
+        _ => is_plain_object(&value),
+    };
+    if is_shared || is_same == Ok(true) { own } else { value }
+}
+
+/// Whether a tool ends at the flange and states no load.
+fn is_plain_tool(tool: &Value) -> Result<bool, String> {
+    let (frame, holds) = frame_of_tool(tool)?;
+    let mass_kg = tool.part(2, "a tool")?.part(0, "a load")?.num()?;
+    let is_plain = frame == Isometry3::identity() && holds == Holds::Tool;
+    Ok(is_plain && mass_kg <= PLACEHOLDER_KG)
+}
+
+/// Whether a work object stands in the base.
+fn is_plain_object(object: &Value) -> Result<bool, String> {
+    let is_held = object.part(0, "a work object")?.bool()?;
+    let is_fixed = object.part(1, "a work object")?.bool()?;
+    let frame = pose(object.part(3, "a user frame")?)? * pose(object.part(4, "an object frame")?)?;
+    Ok(!is_held && is_fixed && frame == Isometry3::identity())
 }
 
 /// The frame of a tool that the program declares.

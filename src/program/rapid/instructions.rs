@@ -50,6 +50,19 @@ pub(super) fn is_synced(key: &str) -> bool {
     key.ends_with("sync") && motion(key).is_some()
 }
 
+/// Whether an instruction of the controller works with the targets that it is given as data.
+pub(super) fn copies(key: &str) -> bool {
+    is_ignored(key) || key == "setdataval"
+}
+
+/// Whether an instruction of the controller calibrates a tool by targets, or follows a sensor.
+pub(super) fn is_calibration(key: &str) -> bool {
+    matches!(
+        key,
+        "mtooltcpcalib" | "mtoolrotcalib" | "stooltcpcalib" | "stoolrotcalib" | "synctosensor"
+    )
+}
+
 /// Instructions that shift later targets: to leave one out would be to misplace motion.
 pub(super) fn displaces(key: &str) -> bool {
     matches!(key, "pdispset" | "pdispon" | "eoffsset" | "eoffson" | "corrcon" | "corrwrite")

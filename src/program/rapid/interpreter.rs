@@ -8,7 +8,7 @@ use nalgebra::Isometry3;
 use super::carried::{ToolFrame, UnitOff, WorkObject};
 use super::late::Late;
 use super::number::Number;
-use super::syntax::{Expr, File, Name, Trap};
+use super::syntax::{Expr, File, Name, Routine, Trap};
 use super::timed::Timed;
 use super::value::Value;
 use super::walk::{Named, set_by_others};
@@ -69,6 +69,10 @@ pub(super) struct Interpreter<'a> {
     pub(super) depth: usize,
     /// Statements that may still run.
     pub(super) budget: usize,
+    /// Motion instructions that have run.
+    pub(super) motions: usize,
+    /// The function that runs.
+    pub(super) function: Option<&'a Routine>,
     pub(super) external: External,
     /// The line of the main file that runs.
     pub(super) line: usize,
@@ -193,6 +197,8 @@ impl<'a> Interpreter<'a> {
             forgotten: HashSet::new(),
             depth: 0,
             budget: budget(file),
+            motions: 0,
+            function: None,
             external: External::new(settings),
             line: 1,
             over: 1.0,

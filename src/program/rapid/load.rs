@@ -12,7 +12,7 @@ use crate::notes::Code;
 use crate::units::m_from_mm;
 
 /// Up to this mass, kg, a load says nothing: ABB's own templates and `load0` have it.
-const PLACEHOLDER_KG: f64 = 0.001;
+pub(super) const PLACEHOLDER_KG: f64 = 0.001;
 
 impl<'a> Interpreter<'a> {
     /// What the tip carries on a move; `gripped_in` is the frame of what `GripLoad` says, in the

@@ -6,9 +6,11 @@ use super::constants::predefined;
 use super::filled::filled;
 use super::interpreter::{Flow, Interpreter};
 use super::number::{Count, Number};
+use super::offered::COPY;
 use super::outputs::references;
 use super::sets::{CHANGE, set_within};
 use super::syntax::{Block, Expr, Name, What};
+use super::timed::SETS;
 use super::value::Value;
 use super::walk::{
     all_of, blocks_in, blocks_within, calls_in, expressions_in, functions_of, names_in,
@@ -58,8 +60,7 @@ impl<'a> Interpreter<'a> {
                 Some(Ok(value)) => *number = Some(value),
                 Some(Err(why)) => {
                     let parts = parts.into_iter().flatten().collect();
-                    self.undecided(line, "FOR", &why, parts, std::iter::once(body));
-                    return Flow::Next;
+                    return self.undecided(line, "FOR", &why, parts, std::iter::once(body));
                 }
             }
         }
@@ -73,9 +74,14 @@ impl<'a> Interpreter<'a> {
         loop {
             match count.is_behind() {
                 Ok(false) if self.another_pass(line) => {}
-                Ok(_) => break,
+                Ok(false) => {
+                    flow = Flow::Exit;
+                    break;
+                }
+                Ok(true) => break,
                 Err(why) => {
-                    self.undecided(line, "FOR", &why, Vec::new(), std::iter::once(body));
+                    let body = std::iter::once(body);
+                    flow = self.undecided(line, "FOR", &why, Vec::new(), body);
                     break;
                 }
             }
@@ -129,7 +135,7 @@ impl<'a> Interpreter<'a> {
             self.set_anew.clear();
             return flow;
         }
-        let mut passes = 0;
+        let (mut passes, mut before) = (0, String::new());
         loop {
             let value = first.take().unwrap_or_else(|| self.eval(condition));
             match value.bool() {
@@ -143,6 +149,13 @@ impl<'a> Interpreter<'a> {
                     self.log.warning(Code::MotionLeftOut, line, what);
                     return Flow::Exit;
                 }
+                Ok(true) if passes == 1 && self.waits_for_others(condition, body) => {
+                    return Flow::Next;
+                }
+                Ok(true) if self.is_stuck(passes, &mut before, condition, body) => {
+                    self.doubt_stuck(line, body);
+                    return Flow::Exit;
+                }
                 Ok(true) if self.another_pass(line) => match self.block(body) {
                     Flow::Next => {
                         passes += 1;
@@ -150,10 +163,11 @@ impl<'a> Interpreter<'a> {
                     }
                     flow => return flow,
                 },
-                Ok(_) => return Flow::Next,
+                Ok(true) => return Flow::Exit,
+                Ok(false) => return Flow::Next,
                 Err(why) => {
-                    self.undecided(line, "WHILE", &why, vec![condition], std::iter::once(body));
-                    return Flow::Next;
+                    let body = std::iter::once(body);
+                    return self.undecided(line, "WHILE", &why, vec![condition], body);
                 }
             }
         }
@@ -219,6 +233,109 @@ impl<'a> Interpreter<'a> {
         let is_set = |name: &Name| set.iter().any(|own| own.key == name.key);
         !body.iter().any(|own| self.moves(&own.what))
             && !names_in(vec![condition]).into_iter().any(is_set)
+    }
+
+    /// Whether a loop waits for what others set, and neither sets what it asks for nor leaves by a
+    /// jump. Behind it that is as behind `WaitUntil`; what the loop sets is not known.
+    fn waits_for_others(&mut self, condition: &'a Expr, body: &'a Block) -> bool {
+        let file = self.file;
+        let mut functions = functions_of(vec![condition]).into_iter();
+        let calls = calls_in(file, &[body]);
+        if !self.only_waits(condition, body)
+            || self.may_leave(body)
+            || functions.any(|(name, _)| file.functions.contains_key(&name.key))
+            || calls.iter().any(|(name, _)| SETS.contains(&name.key.as_str()))
+        {
+            return false;
+        }
+        let is_persistent = |name: &Name| {
+            let data = file.data.get(&name.key).filter(|_| !self.is_local(&name.key));
+            data.is_some_and(|data| data.is_persistent)
+        };
+        let mut others = names_in(vec![condition]);
+        others.retain(|name| is_persistent(name) || self.is_of_job(name));
+        // What the job says may be what keeps the loop.
+        for heeds_job in [true, false] {
+            for name in others.iter().copied() {
+                self.set_while(name, "WHILE", heeds_job);
+            }
+            if self.eval(condition).bool() != Ok(true) {
+                for name in set_within(file, body) {
+                    let what = format!("'{}' is set in a loop that others end: {COPY}", name.shown);
+                    self.forget(name, &Value::unknown(what));
+                }
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether a loop has come to go on without end: the third pass, before which the condition
+    /// was as before, has moved nothing and changed nothing that another would go by.
+    fn is_stuck(
+        &mut self,
+        passes: usize,
+        before: &mut String,
+        condition: &'a Expr,
+        body: &'a Block,
+    ) -> bool {
+        let now = match passes {
+            1 => self.values_of(names_in(vec![condition])),
+            2 if *before == self.values_of(names_in(vec![condition])) => self.situation(body),
+            3 if !before.is_empty() => self.situation(body),
+            _ => String::new(),
+        };
+        let is_stuck = passes == 3 && !now.is_empty() && now == *before;
+        *before = now;
+        is_stuck
+    }
+
+    /// What a loop may change.
+    fn situation(&mut self, body: &'a Block) -> String {
+        let blocks = blocks_within(self.file, &[body]);
+        // Their search costs what running them does.
+        let count = statements_in(blocks.iter().copied()).count();
+        self.budget = self.budget.saturating_sub(count);
+        let mut names = set_within(self.file, body);
+        let waits = |what: &&'a What| matches!(what, What::Call(own, _) if own.key == "waituntil");
+        let waits = statements_in(blocks.into_iter()).filter(waits);
+        names.extend(waits.flat_map(|what| names_in(expressions_in(what))));
+        let values = self.values_of(names);
+        format!("{} {} {:?} {values}", self.motions, self.forgotten.len(), self.outputs)
+    }
+
+    /// What data are, known or not.
+    fn values_of(&mut self, mut names: Vec<&'a Name>) -> String {
+        names.sort_unstable_by_key(|name| &name.key);
+        names.dedup_by_key(|name| &name.key);
+        let mut shown = String::new();
+        for key in names.into_iter().map(|name| name.key.as_str()) {
+            let value = self.parameter(key).or_else(|| self.datum_now(key));
+            self.budget = self.budget.saturating_sub(value.as_ref().map_or(0, Value::size));
+            let value = format!("{value:?};");
+            shown.push_str(&value);
+        }
+        shown
+    }
+
+    fn doubt_stuck(&mut self, line: usize, body: &'a Block) {
+        let file = self.file;
+        let reads = |what: &'a What| match what {
+            What::Call(name, _) => file
+                .procedures
+                .get(&name.key)
+                .filter(|own| own.parameters.iter().all(|own| own.optional) && self.moves(what)),
+            _ => None,
+        };
+        let hint = statements_in(std::iter::once(body)).find_map(reads).map(|own| {
+            format!("; path.program.procedure: {0} in the job reads '{0}' alone", own.name.shown)
+        });
+        let what = format!(
+            "WHILE goes on without end, as no pass changes what it asks for: what another task, an \
+             operator or a trap would start in it, and what stands behind it, is not read{}",
+            hint.unwrap_or_default()
+        );
+        self.log.warning(Code::MotionLeftOut, line, what);
     }
 
     /// What an endless loop is told as.

@@ -36,6 +36,7 @@ impl<'a> Interpreter<'a> {
         args: &'a Args,
     ) -> Result<(), String> {
         let Motion { way, takes_v, .. } = motion;
+        self.motions += 1;
         let options = self.options(args);
         let option =
             |wanted: &str| options.iter().find(|(name, _)| name == wanted).map(|(_, value)| value);
@@ -376,7 +377,11 @@ impl<'a> Interpreter<'a> {
             Some(Value::Unknown(why)) => return self.doubt_external(why),
             _ => return Ok(()),
         };
-        for (name, value) in EXTERNAL.into_iter().zip(values) {
+        let is_open = |value: &&Value| matches!(value, Value::Unknown(_));
+        if let Some(Value::Unknown(why)) = values.iter().find(is_open) {
+            self.doubt_external(why)?;
+        }
+        for (name, value) in EXTERNAL.into_iter().zip(values).filter(|(_, own)| !is_open(own)) {
             let value = value.num().map_err(|why| format!("{name}: {why}"))?;
             if value.abs() < NO_AXIS && !self.stays(name, value) {
                 self.external.place(self.log, name, value)?;
@@ -421,6 +426,7 @@ impl<'a> Interpreter<'a> {
         self.log.external_needs(self.external.seconds(external));
         if let Expr::Ref(path) = expr
             && path.name.key == "vmax"
+            && !self.is_declared("vmax")
         {
             self.log.warning(Code::Assumed, line, "vmax is taken as 5000 mm/s");
         }

@@ -5,17 +5,26 @@ use std::collections::{HashMap, HashSet};
 
 use super::instructions::{gives_no_number, motion};
 use super::interpreter::Interpreter;
-use super::syntax::{Block, Expr, File, Parameter, Path, Step, What};
+use super::syntax::{Args, Block, Expr, File, Parameter, Path, Step, What};
 use super::value::{Value, field, initial};
 use super::walk::{all_of, expressions_in, statements_in};
 
 /// What helps where it cannot.
 pub(super) const COPY: &str = "write the value into a copy of the program";
 
+/// What helps where a declaration is missed.
+pub(super) const FILE: &str = "path.program.files in the job can name the file that declares it";
+
 /// Functions that shift a target, their first argument.
 const SHIFT: [&str; 2] = ["offs", "reltool"];
 
 impl Interpreter<'_> {
+    /// Whether no file declares what a function is given first.
+    pub(super) fn is_missed(&self, args: &Args) -> bool {
+        let first = args.positional.first();
+        matches!(first, Some(Expr::Ref(path)) if !self.is_declared(&path.name.key))
+    }
+
     /// Whether a function that is known only at run time gives no number and no truth value.
     pub(super) fn gives_other(&self, key: &str) -> bool {
         gives_no_number(key) || self.not_plain.get_or_init(|| not_plain(self.file)).contains(key)
@@ -97,6 +106,6 @@ fn kind_at<'a>(file: &'a File, own: &HashMap<&str, &'a str>, path: &Path) -> Opt
 
 /// Whether data of a type may be one number or truth value: of a type that is not known nobody
 /// says.
-fn is_plain(file: &File, kind: &str) -> bool {
-    !matches!(initial(file, kind), Value::List(_) | Value::Text(_))
+pub(super) fn is_plain(file: &File, kind: &str) -> bool {
+    kind != "rawbytes" && !matches!(initial(file, kind), Value::List(_) | Value::Text(_))
 }

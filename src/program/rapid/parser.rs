@@ -13,6 +13,7 @@ use super::modules::{Renamed, procedures, renamed};
 use super::syntax::{
     Args, Block, Declaration, Expr, File, Name, Optional, Parameter, Routine, Statement, Trap, What,
 };
+use super::walk::same_literal;
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::named_by_job;
@@ -22,6 +23,10 @@ use crate::program::log::Log;
 const MAX_BLOCK_DEPTH: usize = 40;
 
 const CUT: &str = "the file is cut off; export it again";
+
+/// What helps where two tasks declare a datum.
+const OF_TASKS: &str = ": PERS data that tasks share have one type and one value; give the value \
+                        in one file alone";
 
 /// The modules of the main file and of the others of the program.
 pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
@@ -35,9 +40,11 @@ pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
     let texts = others.iter().map(|other| (other.text.as_str(), Some(other.name.as_str())));
     for (text, name) in [(text, None)].into_iter().chain(texts) {
         let cursor = Cursor::new(text, name.is_none(), &renamed);
-        let (is_of_task, fault, open) = (false, None, None);
+        let (fault, open) = (None, None);
         let named = (&*all, &named);
-        let mut parser = Parser { cursor, file, depth: 0, name, named, open, is_of_task, fault };
+        let [is_of_task, is_local] = [false; 2];
+        let mut parser =
+            Parser { cursor, file, depth: 0, name, named, open, is_of_task, is_local, fault };
         while parser.cursor.peek().is_some() {
             parser.top_level(log);
         }
@@ -70,6 +77,7 @@ fn declare_registers(file: &mut File) {
             line: 1,
             is_persistent: false,
             is_of_task: false,
+            is_local: false,
             is_constant: false,
             kind: "num".to_owned(),
             name,
@@ -79,7 +87,8 @@ fn declare_registers(file: &mut File) {
     }
 }
 
-/// Whether two declarations, of which one gives a value, are of the datum that two tasks share.
+/// Whether two declarations are of the datum that two tasks share: of the same type, with the same
+/// value, or with a value in one of them.
 fn is_of_both(first: &Declaration, second: &Declaration) -> bool {
     let both = [first, second];
     let sizes = both.map(|own| {
@@ -89,8 +98,12 @@ fn is_of_both(first: &Declaration, second: &Declaration) -> bool {
         });
         sizes.collect::<Vec<_>>()
     });
+    let is_same = match (&first.value, &second.value) {
+        (Some(first), Some(second)) => same_literal(first, second),
+        _ => true,
+    };
     both.iter().all(|own| own.is_persistent && !own.is_of_task)
-        && both.iter().any(|own| own.value.is_none())
+        && is_same
         // Of the main file both would be one task's.
         && both.iter().any(|own| own.line == 0)
         && first.kind == second.kind
@@ -109,6 +122,8 @@ struct Parser<'a> {
     open: Option<Name>,
     /// Whether TASK stands before the declaration.
     is_of_task: bool,
+    /// Whether LOCAL does.
+    is_local: bool,
     /// The first number of the routine that runs into a word, by its line: what the parser expects
     /// behind it says little.
     fault: Option<(usize, String)>,
@@ -117,6 +132,7 @@ struct Parser<'a> {
 impl<'a> Parser<'a> {
     fn top_level(&mut self, log: &mut Log) {
         let line = self.cursor.line();
+        let is_local = std::mem::take(&mut self.is_local);
         self.fault = None;
         if self.cursor.is_word("MODULE") {
             self.close_module(log);
@@ -128,9 +144,10 @@ impl<'a> Parser<'a> {
         } else if self.cursor.take_word("ENDMODULE") {
             self.open = None;
         } else if self.cursor.take_word("LOCAL") {
+            self.is_local = true;
         } else if self.cursor.is_any_word(&["CONST", "PERS", "VAR"]) {
             match self.declaration() {
-                Ok(declaration) => self.keep_declaration(declaration, log),
+                Ok(own) => self.keep_declaration(Declaration { is_local, ..own }, line, log),
                 Err(what) => self.report(Err(what), line, log),
             }
         } else if self.cursor.take_word("PROC") {
@@ -208,21 +225,35 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn keep_declaration(&mut self, declaration: Declaration, log: &mut Log) {
+    /// `line`: where it begins in its file.
+    fn keep_declaration(&mut self, declaration: Declaration, line: usize, log: &mut Log) {
         let key = declaration.name.key.clone();
+        let here = self.name.map(|name| format!("{name}:{line}"));
+        let first_place = self.file.places.remove(&key);
         let kept = match self.file.data.remove(&key) {
             Some(first) if is_of_both(&first, &declaration) => {
                 self.file.shared.insert(key.clone());
                 if first.value.is_some() { first } else { declaration }
             }
-            first => {
-                if first.is_some() {
-                    let what = format!("'{}' is declared twice", declaration.name.shown);
-                    log.error(Code::Conflict, declaration.line.max(1), what);
-                }
+            Some(first) => {
+                let (at, head, other) = match (first_place, &here) {
+                    (None, None) => (line, String::new(), format!("line {}", first.line)),
+                    (None, Some(here)) => (first.line, String::new(), here.clone()),
+                    (Some(first), None) => (line, String::new(), first),
+                    (Some(first), Some(here)) => (1, format!("{here}: "), first),
+                };
+                let is_tasks =
+                    [&first, &declaration].iter().all(|own| own.is_persistent && !own.is_of_task)
+                        && self.name.is_some();
+                let hint = if is_tasks { OF_TASKS } else { "" };
+                let shown = &declaration.name.shown;
+                let what = format!("{head}'{shown}' is declared twice, here and at {other}{hint}");
+                log.error(Code::Conflict, at.max(1), what);
                 declaration
             }
+            None => declaration,
         };
+        self.file.places.extend(here.map(|here| (key.clone(), here)));
         self.file.data.insert(key, kept);
     }
 
@@ -268,6 +299,7 @@ impl<'a> Parser<'a> {
             line,
             is_persistent,
             is_of_task,
+            is_local: false,
             is_constant,
             kind,
             name,

@@ -7,11 +7,11 @@ use super::filled::filled;
 use super::instructions::{self, is_own_function, is_synced};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
 use super::number::{Number, WRITE};
-use super::offered::COPY;
+use super::offered::{COPY, FILE};
 use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
-use super::walk::{blocks_in, functions_in, functions_of, names_in};
+use super::walk::{blocks_in, functions_in, functions_of, names_in, statements_in};
 use crate::motion::Turning;
 use crate::notes::Code;
 use crate::program::cell::Given;
@@ -72,6 +72,7 @@ impl<'a> Interpreter<'a> {
     pub(super) fn run(mut self, routine: &'a Routine, args: &'a Args) {
         self.starts_at_main = routine.name.key == "main";
         self.warn_of_traps();
+        self.doubt_own_frames();
         self.heed_connected_elsewhere(routine);
         self.heed_other_tasks(routine);
         self.frames.push(HashMap::new());
@@ -209,15 +210,15 @@ impl<'a> Interpreter<'a> {
                     let rest = || branches.iter().skip(index);
                     let conditions = rest().skip(1).map(|(condition, _)| condition).collect();
                     let blocks = rest().map(|(_, body)| body).chain([otherwise]);
-                    self.undecided(line, "IF", &why, conditions, blocks);
-                    return Flow::Next;
+                    return self.undecided(line, "IF", &why, conditions, blocks);
                 }
             }
         }
         self.block(otherwise)
     }
 
-    /// One of the blocks may run or not: harmless if they do not move; what they assign is lost.
+    /// One of the blocks may run or not: harmless if they do not move; what they assign is lost. So
+    /// is what a function gives that one of them may leave, and what it assigns at all.
     pub(super) fn undecided(
         &mut self,
         line: usize,
@@ -225,35 +226,45 @@ impl<'a> Interpreter<'a> {
         why: &str,
         conditions: Vec<&'a Expr>,
         blocks: impl Iterator<Item = &'a Block>,
-    ) {
-        let blocks: Vec<&'a Block> = blocks.collect();
+    ) -> Flow {
+        let mut blocks: Vec<&'a Block> = blocks.collect();
+        let returns = |what: &What| matches!(what, What::Return(_));
+        let may_return = statements_in(blocks.iter().copied()).any(returns);
+        let left = self.function.filter(|_| may_return);
+        if let Some(function) = left {
+            blocks = vec![&function.body];
+        }
+        // Of conditions that depend on conditions the cause is told.
+        let cause = why.rsplit(DEPENDS).next().unwrap_or(why);
         self.doubt_open(line, &blocks);
         self.heed_open(line, &blocks);
         let asked = self.effect_of_functions(functions_of(conditions), &mut HashSet::new());
         let effects =
-            blocks.into_iter().map(|block| self.effect(block, false, &mut HashSet::new()));
+            blocks.into_iter().map(|own| self.effect(own, left.is_some(), &mut HashSet::new()));
         for effect in [asked].into_iter().chain(effects).collect::<Vec<_>>() {
             match effect {
                 Effect::Motion => {
                     // Where the cause is a signal that is read, its name is told already; strings
                     // it does not give.
-                    let told = ["assume: {", single::COUNT, COPY, WRITE];
+                    let told = ["assume: {", single::COUNT, COPY, FILE, WRITE];
                     let is_told = told.iter().any(|own| why.contains(own));
                     let hint = if is_told { "" } else { "; assume: in the job can settle it" };
                     let what = format!("{keyword} decides about motion at run time: {why}{hint}");
                     self.log.error(Code::Motion, line, what);
-                    return;
+                    return Flow::Next;
                 }
                 Effect::Data(names) => {
                     for name in names {
-                        // Of conditions that depend on conditions the cause is told.
-                        let cause = why.rsplit(DEPENDS).next().unwrap_or(why);
                         let what = format!("'{}'{DEPENDS}{cause}", name.shown);
                         self.forget(name, &Value::unknown(what));
                     }
                 }
             }
         }
+        left.map_or(Flow::Next, |function| {
+            let what = format!("function '{}'{DEPENDS}{cause}", function.name.shown);
+            Flow::Return(Some(Value::unknown(what)))
+        })
     }
 
     /// Whether nothing in the block of a routine moves, or may.
@@ -432,8 +443,7 @@ impl<'a> Interpreter<'a> {
                 let rest = || cases.iter().skip(index);
                 let values = rest().flat_map(|(values, _)| values).collect();
                 let blocks = rest().map(|(_, body)| body).chain([otherwise]);
-                self.undecided(line, "TEST", &why, values, blocks);
-                return Flow::Next;
+                return self.undecided(line, "TEST", &why, values, blocks);
             }
         }
         self.block(otherwise)
@@ -512,14 +522,23 @@ impl<'a> Interpreter<'a> {
                 let what = format!("{}: program displacement is not supported", name.shown);
                 self.log.error(Code::Motion, line, what);
             }
-            _ if instructions::sounds_like_motion(key) || self.passes_a_target(args) => {
-                let what = match instructions::sounds_like_motion(key) {
-                    true => format!("instruction '{}' moves and is not understood", name.shown),
-                    false => format!(
-                        "'{}' moves to what it is given, and is in no file that is read: \
-                         path.program.files in the job can name its file",
-                        name.shown
-                    ),
+            _ if instructions::sounds_like_motion(key)
+                || !instructions::copies(key) && self.passes_a_target(args) =>
+            {
+                let shown = &name.shown;
+                let what = if instructions::sounds_like_motion(key) {
+                    format!("instruction '{shown}' moves and is not understood")
+                } else if instructions::is_calibration(key) {
+                    format!(
+                        "'{shown}' is an instruction of the controller, and what it does is not \
+                         read: leave it out of a copy of the program, and write what it would set \
+                         there"
+                    )
+                } else {
+                    format!(
+                        "'{shown}' moves to what it is given, and is in no file that is read: \
+                         path.program.files in the job can name its file"
+                    )
                 };
                 self.log.error(Code::Motion, line, what);
                 self.fill_found(name, args);

@@ -142,6 +142,8 @@ pub(super) struct Declaration {
     pub(super) is_persistent: bool,
     /// `TASK PERS`: this task alone has it.
     pub(super) is_of_task: bool,
+    /// LOCAL: its module alone has it.
+    pub(super) is_local: bool,
     /// CONST: nothing sets it.
     pub(super) is_constant: bool,
     /// Type, in lower case.
@@ -189,6 +191,8 @@ pub(super) struct Parameter {
 #[derive(Debug, Default)]
 pub(super) struct File {
     pub(super) data: HashMap<String, Declaration>,
+    /// Where data of other files than the main one are declared.
+    pub(super) places: HashMap<String, String>,
     pub(super) procedures: HashMap<String, Routine>,
     /// Keys of `procedures` in the order of the file.
     pub(super) procedure_order: Vec<String>,

@@ -192,8 +192,13 @@ pub(super) fn set_by_others(file: &File) -> HashSet<&str> {
     found
 }
 
-fn same_literal(a: &Expr, b: &Expr) -> bool {
+/// Whether two expressions are the same literal, wherever they stand.
+pub(super) fn same_literal(a: &Expr, b: &Expr) -> bool {
     match (a, b) {
+        (Expr::Minus(a), Expr::Minus(b)) => same_literal(a, b),
+        (Expr::List(a), Expr::List(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same_literal(a, b))
+        }
         (Expr::Number(a, _), Expr::Number(b, _)) => a == b,
         (Expr::Bool(a), Expr::Bool(b)) => a == b,
         (Expr::Text(a), Expr::Text(b)) => a == b,

@@ -2,6 +2,7 @@
 
 use super::{kind_words, mode_name, pose_words, record_and_channel, shape_words};
 use crate::identify::session::{IdentifiedSession, PoseMode, PoseModes};
+use crate::report::words::trimmed;
 use crate::units::percent_from_ratio;
 use crate::wording::{printable, wrapped};
 
@@ -65,7 +66,7 @@ fn facts(found: &IdentifiedSession, at: &PoseModes) -> String {
         [one] => facts.push((*one).to_owned()),
         [first, ..] => facts.push(format!("{} records, {first}", kinds.len())),
     }
-    facts.extend(at.sample_rate_hz.map(|rate| format!("{rate} samples/s")));
+    facts.extend(at.sample_rate_hz.map(|rate| format!("{} samples/s", trimmed(rate, 3))));
     let conditions = &at.conditions;
     facts.extend(conditions.temperature_c.map(|t| format!("{t} °C")));
     facts.extend(conditions.amplitude_nm.map(|a| format!("{a} N·m")));

@@ -147,6 +147,19 @@ fn the_path_starts_where_all_three_axes_are_known() {
     assert_eq!(program.moves[1].feed_m_per_s, 0.01);
 }
 
+/// F counts in the old unit or in the new one.
+#[test]
+fn a_feed_beside_a_change_of_units_is_refused() {
+    for block in ["G1 X2 F100 G20", "G20 G1 X2 F100", "X2 G20 F10 G1"] {
+        let found = faults(&format!("G21 G90\nG0 X0 Y0 Z0\n{block}"), Dialect::GCode);
+        assert_eq!(at(&found[0]), 3, "{block}");
+        assert!(found[0].what.contains("change of units"), "{block}: {found:?}");
+    }
+    // The first unit is no change.
+    let program = gcode("G20 G90 F10\nG0 X0 Y0 Z0\nG1 X1");
+    assert!((program.moves[1].feed_m_per_s * 6e4 - 254.0).abs() < 1e-9);
+}
+
 #[test]
 fn relative_holes_repeat() {
     let program = gcode("G0 X0 Y0 Z10\nG91 G99 G81 X5 Z-4 R-8 L2 F60");

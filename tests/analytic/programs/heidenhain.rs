@@ -54,6 +54,54 @@ fn a_pocket_with_arcs_a_repeat_and_a_hole() {
     assert_eq!(program.moves[1].stated.tool, Some(5));
 }
 
+/// M140 and M99 do the same in a block of their own as behind L.
+#[test]
+fn codes_that_move_in_blocks_of_their_own() {
+    let of = |block: &str| {
+        let text = format!(
+            "BEGIN PGM A MM\n{block}\nTOOL CALL 1 Z S3000 F300\nL X+0 Y+0 Z+10 R0 FMAX M3\n\
+             CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=99 Q203=0\nL X+5\n{block}\n\
+             END PGM A MM\n"
+        );
+        conversational(&text)
+    };
+    let ways = |program: &Program| program.moves.iter().map(end).collect::<Vec<_>>();
+    for block in ["M140 MB MAX", "STOP M5", "M8"] {
+        let [alone, behind] = [block, &format!("L {block}").replace("L STOP", "L")];
+        let [alone, behind] = [alone, behind].map(|block| of(block).unwrap());
+        assert_eq!(ways(&alone), ways(&behind), "{block}");
+        assert_eq!(alone.warnings.len(), behind.warnings.len(), "{block}");
+    }
+    let text = |call: &str| {
+        format!(
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S3000 F300\nL X+0 Y+0 Z+10 R0 FMAX M3\n\
+             CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=99 Q203=0\nL X+5\n{call}\nEND PGM A MM\n"
+        )
+    };
+    let [alone, called] = ["M99", "CYCL CALL"].map(|call| conversational(&text(call)).unwrap());
+    assert_eq!(ways(&alone), ways(&called));
+    assert_eq!(alone.moves.len(), 5);
+}
+
+/// Told where it is defined, and not at every call.
+#[test]
+fn a_cycle_without_its_words_is_refused_where_it_is_defined() {
+    let text = |words: &str| {
+        format!(
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S3000 F300\nL X+0 Y+0 Z+10 R0 FMAX M3\n\
+             CYCL DEF 200 DRILLING\n{words}\nL X+5 M99\nL X+9 M99\nEND PGM A MM\n"
+        )
+    };
+    let faults = |words: &str| {
+        let found = conversational(&text(words)).unwrap_err();
+        let lines = found.iter().map(|note| (at(note), note.what.contains("has no Q206")));
+        lines.collect::<Vec<_>>()
+    };
+    assert_eq!(faults("Q200=2\nQ201=-3\nQ203=+0"), [(4, true)]);
+    assert_eq!(faults("Q200=2\nQ201=-3\nQ206 FAUTO\nQ203=+0"), [(4, true), (7, false)]);
+    assert!(conversational(&text("Q200=2\nQ201=-3\nQ206=90\nQ203=+0")).is_ok());
+}
+
 /// What is worked out between the lines of a corner moves nothing.
 #[test]
 fn a_corner_with_a_calculation_behind_it() {
@@ -129,6 +177,11 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
         ("L X+QL1", "QL, QR and QS parameters are not read"),
         ("CYCL DEF 1.2 TIEFE -5", "without its beginning"),
         ("PLANE SPATIAL SPA+0 SPB+0 SPC+5", "PLANE tilts"),
+        ("M3 S4000 F50", "'S4000' in a block that begins with M"),
+        ("M8 X+50 F20", "'X50' in a block that begins with M"),
+        ("STOP X+5", "'X5' in a block that begins with M or STOP"),
+        ("34 X+5", "'34' in a block"),
+        ("ERROR = L XQ102 + Q9", "marked this block as faulty"),
         ("L X+5 M89", "M89 changes motion"),
         ("L X+5 M128", "M128 moves with rotary axes"),
         ("TOOL CALL 5 Y S1000", "tool axis Y"),

@@ -66,10 +66,10 @@ fn turned(program: &Program) -> f64 {
 fn forms_say_how_the_tool_turns() {
     const LINE: &str = "LIN {X 100,A 40}";
     for (form, expected, is_doubt) in [
-        ("{VEL 2.0,ORI_TYP #CONSTANT,CIRC_TYP #BASE}", 0.0, false),
-        ("{VEL 2.0,ORI_TYP #VAR,CIRC_TYP #BASE}", 40.0, false),
-        ("{VEL 2.0}", 40.0, false),
-        ("{VEL 2.0,ORI_TYP #JOINT}", 40.0, true),
+        ("{VEL 0.1,ORI_TYP #CONSTANT,CIRC_TYP #BASE}", 0.0, false),
+        ("{VEL 0.1,ORI_TYP #VAR,CIRC_TYP #BASE}", 40.0, false),
+        ("{VEL 0.1}", 40.0, false),
+        ("{VEL 0.1,ORI_TYP #JOINT}", 40.0, true),
     ] {
         for bas in ["BAS(#CP_PARAMS,0.25)", "BAS(#CP_DAT)"] {
             let before = ["#VAR", "#CONSTANT"][usize::from(expected > 0.0)];
@@ -103,7 +103,8 @@ fn forms_run_no_faster_than_the_controller_says() {
         assert_eq!(program.moves[1].feed_m_per_s, 3.0);
         assert_eq!(doubts(&program), [(Code::ChangeIgnored, told)]);
         let program = with(&body, &listed("DECL GLOBAL REAL DEF_VEL_CP=2.0")).unwrap();
-        assert_eq!((program.moves[1].feed_m_per_s, doubts(&program)), (2.0, vec![]));
+        let told = vec![(Code::ChangeIgnored, told)];
+        assert_eq!((program.moves[1].feed_m_per_s, doubts(&program)), (2.0, told));
     }
     assert_eq!(doubts(&krl(&format!("{START}\nBAS(#VEL_CP,3)\nLIN {{X 9}}"))), []);
     let half = listed("DECL GLOBAL INT DEF_VEL_PTP=50");
@@ -315,4 +316,141 @@ fn refusals_of_krl_say_what_to_do() {
     }
     let rail = Settings { joint_count: 7, ..settings() };
     refused(with("PTP {A1 0,A2 0,A3 0,A4 0,A5 9,A6 0}", &rail), "external_axes in the job names");
+}
+
+/// KSS 5 has VEL_CP(LDAT_ACT.VEL) in CP_DAT and VEL_PTP(PDAT_ACT.VEL) in PTP_DAT, KSS 8 neither.
+#[test]
+fn a_speed_of_data_that_only_older_controllers_take_is_a_doubt() {
+    let line = "BAS(#CP_DAT)\nLIN {X 9}";
+    let path = |form: &str, rest: &str| krl(&format!("{START}\nLDAT_ACT={{{form}}}\n{rest}"));
+    let told = vec![(Code::ChangeIgnored, 6)];
+    let other = path("VEL 0.05", line);
+    assert_eq!((other.moves[1].feed_m_per_s, doubts(&other)), (0.05, told));
+    // The speed from before is 0.1 m/s.
+    assert_eq!(doubts(&path("VEL 0.1", line)), []);
+    for set in ["BAS(#VEL_CP,0.2)", "$VEL.CP=0.2"] {
+        let later = path("VEL 0.05", &format!("BAS(#CP_DAT)\n{set}\nLIN {{X 9}}"));
+        assert_eq!((later.moves[1].feed_m_per_s, doubts(&later)), (0.2, vec![]), "{set}");
+    }
+    let once = path("VEL 0.05", &line.replace("LIN {X 9}", "SLIN {X 9} WITH $VEL.CP=0.2"));
+    assert_eq!(doubts(&once), []);
+    let refers = "BAS(#CP_DAT)\n$VEL.CP=$VEL.CP/2\nLIN {X 9}";
+    let found = with(&format!("{START}\nLDAT_ACT={{VEL 0.05}}\n{refers}"), &settings());
+    refused(found, "BAS(#CP_DAT) of line 5");
+
+    let joints = |rest: &str| {
+        let set = "BAS(#INITMOV,0)\nPDAT_ACT={VEL 50}\nBAS(#PTP_DAT)";
+        krl(&format!("{START}\n{set}\n{rest}PTP {{X 9,Y 0,Z 500,A 0,B 0,C 180}}"))
+    };
+    let other = joints("");
+    assert_eq!(other.moves[1].timing, Timing::Joints(0.5));
+    assert_eq!(doubts(&other), [(Code::ChangeIgnored, 7)]);
+    for set in ["BAS(#VEL_PTP,50)\n", "FOR N=1 TO 6\n$VEL_AXIS[N]=20\nENDFOR\n"] {
+        assert_eq!(doubts(&joints(set)), [], "{set}");
+    }
+    assert_eq!(doubts(&joints("PDAT_ACT={VEL 100}\nBAS(#VEL_PTP,100)\nBAS(#PTP_DAT)\n")), []);
+}
+
+/// VEL_CP has DEF_VEL_CP for what is beyond it in KSS 5, $VEL_MA.CP in KSS 8.
+#[test]
+fn a_speed_above_what_the_cell_declares_is_a_doubt() {
+    let job = listed("REAL DEF_VEL_CP=1.0");
+    for (speed, taken, told) in [("2.5", 1.0, vec![(Code::ChangeIgnored, 4)]), ("0.5", 0.5, vec![])]
+    {
+        for command in ["CP_PARAMS", "VEL_CP"] {
+            let body = format!("{START}\nBAS(#{command},{speed})\nLIN {{X 9}}");
+            let found = with(&body, &job).unwrap();
+            let read = (found.moves[1].feed_m_per_s, doubts(&found));
+            assert_eq!(read, (taken, told.clone()), "{body}");
+        }
+    }
+}
+
+/// $VEL.CP is in m/s, and no robot has 50.
+#[test]
+fn a_speed_that_no_robot_has_is_a_doubt() {
+    for set in ["$VEL.CP=50", "$VEL={CP 50,ORI1 200}"] {
+        let found = krl(&format!("{START}\n{set}\nLIN {{X 9}}"));
+        assert_eq!(doubts(&found), [(Code::ChangeIgnored, 4)], "{set}");
+    }
+    let once = krl(&format!("{START}\nSLIN {{X 9}} WITH $VEL.CP=50"));
+    assert_eq!(doubts(&once), [(Code::ChangeIgnored, 4)]);
+    let init = format!("{START}\nBAS(#INITMOV,0)\nLIN {{X 9}}");
+    let found = with(&init, &listed("REAL DEF_VEL_CP=250")).unwrap();
+    assert_eq!(doubts(&found), [(Code::ChangeIgnored, 4)]);
+    assert_eq!(doubts(&krl(&format!("{START}\n$VEL.CP=3\nLIN {{X 9}}"))), []);
+}
+
+/// SVEL_CP: RET_VEL.ORI1=DEF_VEL_ORIS.
+#[test]
+fn lines_of_splines_turn_at_the_speed_of_splines() {
+    let data = "REAL DEF_VEL_CP=2.0\nREAL DEF_VEL_ORI1=200.0\nREAL DEF_VEL_ORI2=200.0";
+    let line = "SLIN {X 1,A 90} WITH $VEL=SVEL_CP(0.2, ,LCP)\nLIN {X 2,A 0}";
+    let body = format!("BAS(#INITMOV,0)\n{START}\n{line}");
+    let turning = |data: &str| {
+        let found = with(&body, &listed(data)).unwrap();
+        let of = |each: &detune::motion::Move| each.stated.turning_rad_per_s.unwrap().to_degrees();
+        [1, 2].map(|at: usize| of(&found.moves[at]).round())
+    };
+    assert_eq!(turning(&format!("{data}\nREAL DEF_VEL_ORIS=20.0")), [20.0, 200.0]);
+    assert_eq!(turning(data), [200.0, 200.0]);
+}
+
+#[test]
+fn commands_that_the_basic_package_lacks_are_refused() {
+    refused(with("BAS(#OV_PRO,50)", &settings()), "#OV_PRO is no command of bas.src");
+    refused(with("BAS(#FOO,50)", &settings()), "#FOO is not understood");
+    assert_eq!(doubts(&krl(&format!("{START}\nBAS(#ACC_GLUE,50)\nLIN {{X 9}}"))), []);
+}
+
+#[test]
+fn times_to_wait_that_the_run_decides_are_told() {
+    for (wait, line, read) in [
+        ("IF $IN[1] THEN\nWAIT SEC 5\nENDIF", 5, "under IF that only the run decides is left"),
+        ("WHILE $IN[1]\nWAIT SEC 5\nENDWHILE", 5, "under WHILE that only the run"),
+        ("REPEAT\nWAIT SEC 5\nUNTIL $IN[1]", 5, "under UNTIL that only the run decides counts"),
+    ] {
+        let found = krl(&format!("{START}\n{wait}\nLIN {{X 9}}"));
+        let told = found.warnings.iter().filter(|note| note.code == Code::LeftOut);
+        let told: Vec<_> = told.map(|note| (at(note), note.what.contains(read))).collect();
+        assert_eq!((told, doubts(&found)), (vec![(line, true)], vec![]), "{wait}");
+    }
+}
+
+#[test]
+fn the_speed_that_the_program_has_set_is_known() {
+    let body = "$VEL.CP=0.5\nLIN {X 100}\n$VEL.CP=$VEL.CP/2\nLIN {X 0}";
+    let found = krl(&format!("{START}\n{body}"));
+    assert_eq!([1, 2].map(|at: usize| found.moves[at].feed_m_per_s), [0.5, 0.25]);
+    let turns = krl(&format!("$VEL.ORI1=40\n{START}\n$VEL.ORI1=$VEL.ORI1/2\nLIN {{X 9,A 9}}"));
+    let speed = turns.moves[1].stated.turning_rad_per_s.unwrap();
+    assert!((speed.to_degrees() - 20.0).abs() < 1e-9);
+    let unset = format!("{START}\nIF $VEL.ORI1>9 THEN\nLIN {{X 9}}\nENDIF");
+    refused(with(&unset, &settings()), "'$VEL.ORI1' is known only at run time");
+}
+
+/// A number is no name of an enumeration.
+#[test]
+fn the_job_says_which_name_of_an_enumeration_a_datum_has() {
+    let asks = format!("{START}\nIF $MODE_OP==#T1 THEN\nLIN {{X 9}}\nENDIF");
+    let hint = "assume: {\"$MODE_OP==#T1\": true}";
+    refused(with(&asks, &settings()), hint);
+    refused(with(&asks, &assuming("$mode_op", 1.0)), hint);
+    let switch = "SWITCH $MODE_OP\nCASE #T1,#T2\nLIN {X 9}\nDEFAULT\nENDSWITCH";
+    for (name, moves) in [("#t1", 2), (" #ex", 1)] {
+        let assume = [(format!("$mode_op=={name}"), Assumed::Truth(true))].into();
+        let job = Settings { assume, ..settings() };
+        for body in [&asks, &format!("{START}\n{switch}")] {
+            assert_eq!(with(body, &job).unwrap().moves.len(), moves, "{name} {body}");
+        }
+    }
+}
+
+#[test]
+fn lines_that_need_what_the_file_lacks_say_so() {
+    for line in ["PTP P1 Vel=80% PDAT1 Tool[1]", "LIN P2 Vel=0.5 m/s CPDAT1", "PTP HOME VEL=50"] {
+        refused(with(line, &settings()), "what the pendant shows of an inline form");
+    }
+    refused(with("LIN {X 1} $VEL=5", &settings()), "behind the target is not understood");
+    refused(with("RSI_MOVECORR()", &settings()), "sensors move the robot there");
 }

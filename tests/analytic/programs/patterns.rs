@@ -61,6 +61,30 @@ fn polar_coordinates_count_from_their_pole() {
     BEGUN.refused("G1 AP=10 RP=5\nG111 X5 Y5\nG1 AP=10\n", "without a radius");
 }
 
+/// AR=: the opening angle, with the centre or with the end.
+#[test]
+fn an_arc_by_its_opening_angle() {
+    let off = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
+    let quarter = BEGUN.assert_way("G3 AR=90 I=AC(10) J=AC(0)\n", &[('A', [10.0, -10.0, 50.0])]);
+    assert_on_the_way(&quarter, &[[10.0 - off, -off, 50.0]]);
+    BEGUN.assert_way("G2 AR=90 I10\n", &[('A', [10.0, 10.0, 50.0])]);
+    // A helix: the end along the axis of the plane stands beside the centre.
+    let helix = BEGUN.run("G2 AR=90 I10 Z45\n").unwrap();
+    let reached = end(helix.moves.last().unwrap()).1.translation.vector * 1000.0;
+    assert!((reached - Vector3::new(10.0, 10.0, 45.0)).norm() < 1e-6, "{reached}");
+    // About (0, 10), and the long way about (10, 0).
+    let short = BEGUN.assert_way("G3 X10 Y10 AR=90\n", &[('A', [10.0, 10.0, 50.0])]);
+    assert_on_the_way(&short, &[[off, 10.0 - off, 50.0]]);
+    let long = BEGUN.run("G3 X10 Y10 AR=270\n").unwrap();
+    let about = on_the_way(&long)[0] - Vector3::new(10.0, 0.0, 50.0);
+    assert!((about.norm() - 10.0).abs() < 1e-6 && about.y < 1e-6, "{about}");
+    BEGUN.refused("G3 AR=90\n", "one of the two");
+    BEGUN.refused("G3 AR=90 X10 Y10 I10\n", "one of the two");
+    BEGUN.refused("G3 AR=360 I10\n", "between 0 and 360");
+    BEGUN.refused("G3 X5 AR=90 CR=9\n", "beside a radius");
+    BEGUN.refused("G1 X5 AR=90\n", "write G2 or G3");
+}
+
 #[test]
 fn an_arc_through_a_point() {
     // Half a circle about (10, 0), through its point at 120°.

@@ -248,8 +248,8 @@ fn a_loop_whose_condition_stays_true_is_read_once() {
     assert_eq!(lines(&found), [5, 7, 7]);
     let waits = module("WHILE go DO\nWaitTime 0;\nENDWHILE\nMoveL p,v5,fine,tool0;")
         .replace("PROC main", "PERS bool go:=TRUE;\nPROC main");
-    let told = read(waits.as_bytes(), Dialect::Rapid, &settings()).unwrap_err();
-    assert!(told[0].what.contains("a loop without an end"), "{told:?}");
+    let found = read(waits.as_bytes(), Dialect::Rapid, &settings()).unwrap();
+    assert_eq!(lines(&found), [8]);
 }
 
 /// Technical reference manual: bit 1 is the lowest of a byte's 8 and of a dnum's 52.

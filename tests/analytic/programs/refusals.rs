@@ -52,7 +52,7 @@ fn motion_that_is_not_understood_is_refused_with_its_line() {
         ("MoveL MirPos(p,p),v5,fine,tool0;", "write the value into a copy of the program"),
         ("MoveL Offs(p,StrLen(NumToStr(0.125,2)),0,0),v5,fine,tool0;", "write the string itself"),
         ("IF 0.7*10<7 MoveL p,v5,fine,tool0;", "rounding to seven digits decides"),
-        ("WHILE reg1<1 DO reg1:=2*reg1; ENDWHILE", "a loop without an end"),
+        ("WHILE reg1<1 DO reg1:=reg1-1; ENDWHILE", "a loop without an end"),
         ("VelSet 0,100;", "both positive"),
         ("main;", "nested too deep"),
         ("RAISE;", "outside an error handler"),

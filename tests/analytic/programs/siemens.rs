@@ -468,6 +468,35 @@ fn words_as_posts_write_them() {
 
 /// Setting data 42440 says whether a relative way takes a shift of the zero in.
 #[test]
+fn variables_and_modes_of_the_control() {
+    // A timer runs by itself.
+    assert_xs("$AC_TIMER[1]=0\nG1 X5\n", &[5.0]);
+    for (text, said) in [
+        ("$AC_TIMER[1]=0\nG1 X=$AC_TIMER[1]\n", "is read"),
+        ("$P_UIFR[1,X,TR]=10\n", "$P_UIFR sets a work offset"),
+        ("$P_PFRAME=CTRANS(X,10)\n", "$P_PFRAME sets a work offset"),
+        ("$A_OUT[1]=1\n", "'$A_OUT' is a variable of the control"),
+        ("DEFINE SPON AS S3000 M3\n", "DEFINE gives a text a name"),
+        ("DIAMON\n", "DIAMON makes X a diameter"),
+        ("BSPLINE\nX20 Y5\n", "BSPLINE begins a spline"),
+        ("# TEXT\n", "'#' is no word of Sinumerik's"),
+        ("G1 Z1=5\n", "'Z1=' is not understood"),
+    ] {
+        refused(text, said);
+    }
+}
+
+/// The machine's own axes, and a fixed point by its number, as G74 and G75 name them.
+#[test]
+fn ways_to_reference_and_fixed_points() {
+    for block in ["G74 Z=0", "G74 Z1=0", "G75 FP=1 Z1=0"] {
+        let program = run(&format!("G1 X5\n{block}\n")).unwrap();
+        assert_eq!(program.moves.len(), 2, "{block}");
+        assert!(program.warnings.iter().any(|note| at(note) == 7), "{block}");
+    }
+}
+
+#[test]
 fn relative_ways_behind_a_shift_are_a_doubt() {
     let head = HEAD.lines().count();
     for (text, line) in [

@@ -321,7 +321,8 @@ fn of_what_is_not_known_as_a_whole_each_part_is_known_once_it_is_set() {
     refused(&body(&["q.trans.x:=100;", turned, go]), &settings(), 13, "'pElse' is not declared");
     refused(&body(&[at, go]), &settings(), 12, "'pElse' is not declared");
     let part = "q.extax.eax_a:=0;";
-    refused(&body(&[at, turned, found, part, go]), &settings(), 15, "eax_b: 'pElse'");
+    assert_eq!(of(&[at, turned, found, part, go]), [(Code::AxisIgnored, 15)]);
+    refused(&body(&[at, turned, found, part, go]), &with_table(), 15, "external axes: 'pElse'");
     refused(&body(&[at, turned, found, go]), &with_table(), 14, "external axes: 'pElse'");
     // A move that has them from there.
     let joints = "h:=[[0,0,0,0,30,0],q.extax];\nMoveAbsJ h,v100,fine,tool0;";

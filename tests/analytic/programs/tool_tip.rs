@@ -50,6 +50,29 @@ fn a_turn_at_feed_while_the_tip_stays_is_a_doubt() {
     }
 }
 
+/// The time of a turn does not depend on how many blocks it stands in.
+#[test]
+fn small_turns_on_end_while_the_tip_stays_add_up() {
+    let said = "while the tool tip stays";
+    for (control, dialect) in [("TRAORI", Dialect::Sinumerik), ("G43.4 H1", Dialect::GCode)] {
+        for (blocks, lines) in [
+            ("G1 A3 F200\nA6\nA9\nA12\nA15", vec![(Code::MotionLeftOut, 6)]),
+            ("G1 A5 F200\nA0\nA5", vec![(Code::MotionLeftOut, 5)]),
+            ("G1 X0.004 A6 F200\nX0.008 A12", vec![(Code::MotionLeftOut, 4)]),
+            ("G1 A3 F200\nA6\nA9\nX5 A12\nA15\nA18\nA21", vec![]),
+            ("G1 A6 F200\nG0 A12\nG1 A18", vec![]),
+        ] {
+            let program = of(&format!("G0 X0 Y0 Z5 A0\n{control}\n{blocks}"), dialect, false);
+            assert_eq!(told(&program, said), lines, "{control} {blocks}");
+        }
+    }
+    // By directions: to 4.6°, 9.1° and 13.5°.
+    let by_vectors = "G0 X0 Y0 Z5\nTRAORI\nG1 F200\nX0 A3=0.08 C3=1\nX0 A3=0.16 C3=1\n\
+                      X0 A3=0.24 C3=1";
+    let program = of(by_vectors, Dialect::Sinumerik, false);
+    assert_eq!(told(&program, said), [(Code::MotionLeftOut, 6)]);
+}
+
 #[test]
 fn cuts_with_a_tilted_tool_may_be_of_its_axis() {
     let said = "places of the axis and not of the tool tip";

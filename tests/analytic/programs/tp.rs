@@ -257,7 +257,7 @@ fn a_target_is_not_what_is_assumed() {
     assert_refused(
         with(&format!("{one}PR[2]=PR[1] ;\nL PR[2] 9mm/sec FINE ;\n"), &job),
         8,
-        &["assume: {\"PR[2,1]\""],
+        &["PR[2] comes of PR[1]: ", "assume: {\"PR[1,1]\""],
     );
     let offset = with(&format!("{one}L P[1] 9mm/sec FINE Offset,PR[1] ;\n"), &job);
     assert_goes(&offset, &[[100.0, 0.0, 0.0]]);
@@ -534,4 +534,74 @@ fn a_wait_for_a_register_is_a_time() {
     assert_eq!(waits("WAIT R[1:dwell]"), (2.0, false));
     assert_eq!(waits("WAIT R[2]"), (0.0, true));
     assert_eq!(waits("WAIT R[1]=1"), (0.0, false));
+}
+
+#[test]
+fn a_position_that_stands_twice_is_refused() {
+    let twice = |x: f64| {
+        let all = points("UF : 1, UT : 1") + &point(2, [x, 0.0, 0.0], "UF : 1, UT : 1");
+        whole("UFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\nL P[1] 9mm/sec FINE ;\n", &all, &job())
+    };
+    assert_refused(twice(50.0), 41, &["P[2] stands twice in /POS"]);
+    assert_eq!(twice(100.0).unwrap().moves.len(), 1);
+}
+
+/// What is copied or worked out from a register is told by the register that the job can give.
+#[test]
+fn a_place_that_is_not_known_names_the_register_that_it_comes_of() {
+    let all = "{\"PR[1,1]\": …, …, \"PR[1,6]\": …}";
+    for copies in ["PR[2]=PR[1] ;\n", "PR[3]=PR[1] ;\nPR[2]=PR[3] ;\n"] {
+        let text = format!("{copies}L PR[2] 9mm/sec FINE ;\n");
+        let line = 6 + copies.lines().count();
+        assert_refused(tp(&text), line, &["PR[1] is known only at run time", all]);
+        assert_refused(with(&text, &assuming("pr[1]", 0.0)), line, &["PR[2] comes of PR[1]", all]);
+        let mut job = job();
+        for (index, value) in (1..).zip([100.0, 0.0, 0.0, 180.0, 0.0, 0.0]) {
+            job.assume.insert(format!("pr[1,{index}]"), Assumed::Number(value));
+        }
+        assert_goes(&with(&text, &job), &[[100.0, 0.0, 0.0]]);
+    }
+    let element = "PR[2]=PR[1] ;\nPR[2,1]=PR[1,1]+5 ;\nL PR[2] 9mm/sec FINE ;\n";
+    assert_refused(tp(element), 8, &["PR[1] is known only at run time", all]);
+    let one = "PR[2,3]=PR[1,3] ;\nL PR[2] 9mm/sec FINE ;\n";
+    assert_refused(tp(one), 7, &["PR[2] is known only at run time", "\"PR[2,6]\": …}"]);
+}
+
+#[test]
+fn remarks_with_dashes_and_semicolons_in_comments() {
+    let text = "-- Version: 1.1; of 2024 ;\n--eg:Go to 2 ;\nR[1:Cur;Row]=40 ;\n\
+                L P[2:a;b] R[1:Cur;Row]mm/sec FINE ;\n";
+    let found = tp(text);
+    assert_goes(&found, &[[100.0, 0.0, 0.0]]);
+    assert!((found.unwrap().moves[0].feed_m_per_s - 0.04).abs() < 1e-12);
+    assert_refused(tp("--- P ;\n"), 6, &["'--- P' is not understood"]);
+}
+
+#[test]
+fn an_offset_of_vision_is_what_the_job_says() {
+    let text = "VISION RUN_FIND 'A' ;\nVISION GET_OFFSET 'A' VR[3] JMP LBL[9] ;\n\
+                L P[2] 100mm/sec FINE VOFFSET,VR[3] ;\nLBL[9] ;\n";
+    let found = tp(text).unwrap_err();
+    assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [7, 8]);
+    let hint = "assume: {\"VR[3]\": 0} in the job";
+    assert!(found.iter().all(|note| note.what.contains(hint)), "{found:?}");
+    assert_goes(&with(text, &assuming("vr[3]", 0.0)), &[[100.0, 0.0, 0.0]]);
+    assert!(with(text, &assuming("vr[3]", 5.0)).is_err());
+    let passed = "VISION GET_PASSFAIL 'A' R[1] ;\n";
+    assert_refused(tp(passed), 6, &["what vision gives is known only at run time"]);
+}
+
+#[test]
+fn a_listing_in_another_language_is_told_once() {
+    let head = "/PROG T\n/ATTR\nEIGN. = AUROM;\nDEFAULT_GRUP = 1,*,*,*,*;\n/MN\n";
+    let text = format!(
+        "{head}   1:  WKZ_NUM=1 ;\n   2:  BENUTZER_NUM=0 ;\n   3:L P[1] 9mm/sek CNT0 ;\n/POS\n{}/END\n",
+        points("UF : 1, UT : 1")
+    );
+    let found = read(text.as_bytes(), Dialect::Fanuc, &job()).unwrap_err();
+    assert_eq!((found.len(), at(&found[0])), (1, 4), "{found:?}");
+    assert!(found[0].what.contains("another language than English"), "{found:?}");
+    let english = head.replace("DEFAULT_GRUP", "DEFAULT_GROUP");
+    let text = format!("{english}L P[1] 9mm/sec FINE ;\n/POS\n{}/END\n", points("UF : 1, UT : 1"));
+    assert_eq!(read(text.as_bytes(), Dialect::Fanuc, &job()).unwrap().moves.len(), 1);
 }

@@ -3,7 +3,7 @@
 use detune::notes::Code;
 use detune::program::{Assumed, Dialect, Settings, read};
 
-use super::support::{Begun, assert_ends, at, settings};
+use super::support::{Begun, assert_ends, at, end, settings};
 
 const BEGUN: Begun = Begun {
     head: "G710 G17 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\nG1 F200\n",
@@ -41,6 +41,31 @@ fn arrays_and_indexed_parameters() {
         BEGUN.refused(text, said);
     }
     assert_xs("DEF INT I\nFOR I=1 TO 2\nX=I\nENDFOR\n", &[1.0, 2.0]);
+}
+
+/// TRUNC cuts, POT squares, NOT binds before all operators.
+#[test]
+fn functions_of_sinumerik() {
+    assert_xs("X=TRUNC(3.7)\nX=TRUNC(-3.7)\nX=POT(1.5)\n", &[3.0, -3.0, 2.25]);
+    let conditions = "R1=5\nIF NOT (R1==4)\nX=1\nENDIF\nIF NOT (R1==5)\nX=2\nENDIF\n\
+                      DEF BOOL _ON\nIF NOT _ON\nX=3\nENDIF\n";
+    assert_xs(conditions, &[1.0, 3.0]);
+    BEGUN.refused("R1=5\nIF NOT R1\nX=1\nENDIF\n", "NOT 5: expected a condition");
+}
+
+/// Fanuc: words of macros may be cut down to two letters.
+#[test]
+fn words_of_macros_may_be_cut() {
+    let of = |text: &str| {
+        let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+        let program = read(text.as_bytes(), Dialect::GCode, &settings()).unwrap();
+        let moves = &program.moves[1..];
+        moves.iter().map(|own| (end(own).1.translation.x * 1e3).round()).collect::<Vec<_>>()
+    };
+    assert_eq!(of("#1=0\nWH[#1LT3]DO1\n#1=#1+1\nX[#1*10]\nEN1\n"), [10.0, 20.0, 30.0]);
+    assert_eq!(of("#1=1\nIF[#1EQ1]GO10\nX5\nN10 X8\nGOT20\nX9\nN20\n"), [8.0]);
+    assert_eq!(of("#1=7\nIF[[#1MO4EQ3]AN[#1GT0]]TH#1=2\nX#1\n"), [2.0]);
+    assert_eq!(of("X[SI[30]*10+CO[60]*2+SQ[9]+RO[1.6]+FI[1.9]]\n"), [12.0]);
 }
 
 /// What is in no file that is read, the job may say.
@@ -92,10 +117,8 @@ fn what_the_job_assumes_of_parameters() {
     let of_axis = of(&[("$ma_data[0,x1]", five)], "X=$MA_DATA[0, X1]\n", Dialect::Sinumerik);
     assert_ends(&of_axis.unwrap(), &[0.0, 5.0].map(|x| ('L', [x, 0.0, 5.0])));
     // Words of the language are no variables.
-    for text in ["IF NOT (1==2)\nX5\nENDIF\n", "X=ENDPROC\n"] {
-        let found = of(&[], text, Dialect::Sinumerik).unwrap_err();
-        assert!(!found[0].what.contains("assume"), "{text}: {found:?}");
-    }
+    let found = of(&[], "X=ENDPROC\n", Dialect::Sinumerik).unwrap_err();
+    assert!(!found[0].what.contains("assume"), "{found:?}");
     // Locals of a call, and what the control changes by itself, are no such parameters.
     for (name, text, dialect) in [
         ("#1", "X#1\n", Dialect::GCode),

@@ -1,0 +1,238 @@
+//! RAPID: what the controller, other tasks and the run give: frames, loops that wait, functions, data by name.
+
+use detune::notes::{Code, Note};
+use detune::program::{Assumed, Companion, Dialect, ExternalAxis, Program, Settings, read};
+use nalgebra::Isometry3;
+
+use super::support::{assert_ends, at, lines, module, settings};
+
+const MOVE: &str = "MoveL p,v5,fine,tool0;";
+const NEXT: &str = "MoveL Offs(p,10,0,0),v5,fine,tool0;";
+
+fn run(text: &str, job: &Settings) -> Result<Program, Vec<Note>> {
+    read(text.as_bytes(), Dialect::Rapid, job)
+}
+
+/// Instructions from line 4 on, and data and routines behind them.
+fn with(body: &str, more: &str) -> Result<Program, Vec<Note>> {
+    run(&module(body).replace("ENDMODULE", &format!("{more}\nENDMODULE")), &settings())
+}
+
+fn doubts(program: &Program) -> Vec<(Code, usize)> {
+    let is_doubt = |note: &&Note| note.code.class() == detune::notes::Class::Doubt;
+    program.warnings.iter().filter(is_doubt).map(|note| (note.code, at(note))).collect()
+}
+
+#[track_caller]
+fn refused(found: Result<Program, Vec<Note>>, line: usize, said: &[&str]) {
+    let found = found.expect_err("it is wrong");
+    assert_eq!((at(&found[0]), found.len()), (line, 1), "{found:?}");
+    for said in said {
+        assert!(found[0].what.contains(said), "{said}: {found:?}");
+    }
+}
+
+/// A name of the module hides the controller's own, as for v100 and reg1. System modules declare
+/// tool0 and wobj0 as they are.
+#[test]
+fn declarations_of_tool0_and_wobj0_are_used() {
+    let of = |class: &str, tool: &str, object: &str, tcp: Option<Isometry3<f64>>| {
+        let text = format!(
+            "MODULE m\n{class} PERS tooldata tool0:=[TRUE,[[0,0,{tool}],[1,0,0,0]],[0.001,[0,0,0.001],\
+             [1,0,0,0],0,0,0]];\n{class} PERS wobjdata wobj0:=[FALSE,TRUE,\"\",[[{object},0,0],[1,0,0,0]],\
+             [[0,0,0],[1,0,0,0]]];\nPROC main()\nMoveL p,v5,fine,tool0\\WObj:=wobj0;\n\
+             MoveL p,v5,fine,tool0;\nENDPROC\nCONST robtarget p:=[[100,200,300],[1,0,0,0],[0,0,0,0],\
+             [9E9,9E9,9E9,9E9,9E9,9E9]];\nENDMODULE\n"
+        );
+        let program = run(&text, &Settings { tcp, ..settings() }).unwrap();
+        // Without \WObj the controller's own counts.
+        let x = 100.0 + object.parse::<f64>().unwrap();
+        assert_ends(&program, &[('L', [x, 200.0, 300.0]), ('L', [100.0, 200.0, 300.0])]);
+        let z_mm = (program.moves[1].tcp.translation.z * 1e3).round();
+        (z_mm, doubts(&program))
+    };
+    let own = Some(Isometry3::translation(0.0, 0.0, 0.08));
+    assert_eq!(of("LOCAL", "150", "60", None), (150.0, vec![]));
+    assert_eq!(of("LOCAL", "150", "60", own), (150.0, vec![]));
+    for class in ["LOCAL", "", "TASK"] {
+        assert_eq!(of(class, "0", "0", None), (0.0, vec![]));
+        assert_eq!(of(class, "0", "0", own), (80.0, vec![]));
+    }
+    let told = vec![(Code::ChangeIgnored, 2), (Code::ChangeIgnored, 3)];
+    for class in ["", "TASK"] {
+        assert_eq!(of(class, "150", "60", None), (150.0, told.clone()));
+        assert_eq!(of(class, "150", "0", None), (150.0, told[..1].to_vec()));
+    }
+}
+
+#[test]
+fn the_programs_own_vmax_is_not_taken_as_the_controllers() {
+    let of = |data: &str| {
+        let found = with("MoveL p,vmax,fine,tool0;", data).unwrap();
+        let is_told = found.warnings.iter().any(|note| note.what.contains("vmax is taken"));
+        (found.moves[0].feed_m_per_s, is_told)
+    };
+    assert_eq!(of("CONST speeddata vmax:=[20,500,5000,1000];"), (0.02, false));
+    assert_eq!(of(""), (5.0, true));
+}
+
+/// One of the axes is set, the others are those of the run.
+#[test]
+fn external_axes_of_the_run_that_the_job_does_not_map_are_a_doubt() {
+    let text = module(
+        "VAR robtarget q;\nq:=CRobT();\nq.extax.eax_b:=0;\n\
+         MoveAbsJ [[0,0,0,0,30,0],q.extax],v200,fine,tool0;",
+    );
+    let found = run(&text, &settings()).unwrap();
+    assert_eq!((lines(&found), doubts(&found)), (vec![7], vec![(Code::AxisIgnored, 7)]));
+    let mut job = Settings { joint_count: 7, ..settings() };
+    job.external_axes.insert("eax_a".to_owned(), ExternalAxis { joint: 0, slides: true });
+    refused(run(&text, &job), 7, &["external axes", "known only at run time"]);
+}
+
+/// As `WaitUntil done` does; the arm stands for the one pass that is read.
+#[test]
+fn a_loop_that_waits_for_what_another_task_sets_ends() {
+    let of = |condition: &str, inside: &str, behind: &str, assume: &[(&str, Assumed)]| {
+        let body = format!(
+            "{MOVE}\ndone:=FALSE;\nWHILE {condition} DO\n{inside}\nENDWHILE\n{behind}\n{NEXT}"
+        );
+        let data = "PERS bool done:=FALSE;\nVAR num n:=0;\nENDMODULE";
+        let assume = assume.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        run(&module(&body).replace("ENDMODULE", data), &Settings { assume, ..settings() })
+    };
+    let said = |value: bool| [("done", Assumed::Truth(value))];
+    let wait = "WaitTime 0.1;";
+    for assume in [&[][..], &said(true), &said(false)] {
+        let found = of("NOT done", wait, "", assume).unwrap();
+        assert_eq!((lines(&found), doubts(&found)), (vec![4, 7, 10], vec![]), "{assume:?}");
+        let unused = found.warnings.iter().any(|note| note.code == Code::Unused);
+        assert!(!unused, "{:?}", found.warnings);
+    }
+    // What it is behind the loop.
+    let asks = "IF done MoveL Offs(p,50,0,0),v5,fine,tool0;";
+    assert_eq!(lines(&of("NOT done", wait, asks, &said(true)).unwrap()), [4, 7, 9, 10]);
+    let why = ["IF decides about motion", "another task sets it while WHILE waits"];
+    refused(of("NOT done", wait, asks, &[]), 9, &why);
+    // How often it has run.
+    let counts = "WaitTime 0.1;n:=n+1;";
+    let asks = "IF n>1 MoveL Offs(p,50,0,0),v5,fine,tool0;";
+    refused(of("NOT done", counts, asks, &[]), 9, &["'n' is set in a loop that others end"]);
+    // An input that the job has as it is while the loop runs.
+    let input = [("di1", Assumed::Truth(false))];
+    assert_eq!(lines(&of("di1=0", wait, "", &input).unwrap()), [4, 7, 10]);
+    // Another task does not end it alone: what stands behind it is never reached.
+    let found = of("n=0 OR NOT done", wait, "", &[]).unwrap();
+    assert_eq!(lines(&found).last(), Some(&7));
+    assert_eq!(doubts(&found), [(Code::MotionLeftOut, 6)]);
+}
+
+/// A loop that asks for a flag of its own, which none of its passes sets.
+#[test]
+fn a_loop_in_which_nothing_changes_is_a_doubt_that_names_what_it_may_call() {
+    let of = |inside: &str| {
+        let begin = format!("flag:=0;n:=0;{MOVE}");
+        let body = format!("{begin}\nWHILE flag>-1 DO\n{inside}\nENDWHILE\n{MOVE}");
+        let more = format!("VAR num flag:=0;\nVAR num n:=0;\nPROC go()\n{NEXT}\nflag:=0;\nENDPROC");
+        with(&body, &more)
+    };
+    let found = of("IF flag=1 go;").unwrap();
+    assert_eq!((lines(&found), doubts(&found)), (vec![4], vec![(Code::MotionLeftOut, 5)]));
+    let told = found.warnings.iter().find(|note| note.code == Code::MotionLeftOut).unwrap();
+    assert!(told.what.contains("path.program.procedure: go"), "{}", told.what);
+    // What a pass changes starts others.
+    let found = of("n:=n+1;\nIF n=9 go;\nIF n=12 flag:=-1;").unwrap();
+    assert_eq!((lines(&found), doubts(&found)), (vec![4, 15, 10], vec![]));
+    // What it changes for ever is an error, at its own line alone.
+    for head in ["WHILE n>=0 DO\nn:=n+1;\nENDWHILE", "FOR i FROM 1 TO 1E7 DO\nn:=1;\nENDFOR"] {
+        let found = with(&format!("VAR num n;\n{MOVE}\n{head}\n{MOVE}"), "").unwrap_err();
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(
+            (6..=7).contains(&at(&found[0])) && !found[0].what.contains("likewise"),
+            "{found:?}"
+        );
+    }
+}
+
+/// RETURN of a function decides what it gives, and no move.
+#[test]
+fn a_function_that_the_run_decides_gives_what_is_not_known() {
+    let of = |function: &str, behind: &str| {
+        let body = format!("{MOVE}\nr:=sg(DInput(di1));\n{behind}\n{NEXT}");
+        with(&body, &format!("VAR num r;\nVAR num k:=0;\nFUNC num sg(num a)\n{function}\nENDFUNC"))
+    };
+    let sign = "IF a>0 THEN\nRETURN 1;\nENDIF\nk:=5;\nRETURN -1;";
+    let found = of(sign, "TPWrite \"r\"\\Num:=r;").unwrap();
+    assert_eq!((lines(&found), doubts(&found)), (vec![4, 7], vec![]));
+    let there = |name: &str| format!("MoveL Offs(p,{name},0,0),v5,fine,tool0;");
+    refused(of(sign, &there("r")), 6, &["function 'sg' depends on a condition", "'DInput'"]);
+    // Set behind the RETURN, or not.
+    refused(of(sign, &there("k")), 6, &["'k' depends on a condition"]);
+    refused(of(sign, &format!("IF r=1 {NEXT}")), 6, &["IF decides about motion"]);
+    let loops = "FOR i FROM 1 TO a DO\nRETURN i;\nENDFOR\nRETURN 0;";
+    assert_eq!(lines(&of(loops, "").unwrap()), [4, 7]);
+    // A function that moves behind it.
+    let moves = format!("IF a>0 THEN\nRETURN 1;\nENDIF\n{MOVE}\nRETURN 2;");
+    assert!(of(&moves, "").unwrap_err()[0].what.contains("IF decides about motion"));
+}
+
+/// PERS data of two tasks are one datum where both declare it alike.
+#[test]
+fn persistent_data_that_two_tasks_declare_alike_are_one() {
+    let of = |own: &str, other: &str, more: &str| {
+        let text = module(&format!("MoveL Offs(p,k,0,0),v5,fine,tool0;\n{NEXT}"))
+            .replace("ENDMODULE", &format!("{own}\nENDMODULE"));
+        let text_of_other = format!("MODULE T2\n{other}\n{more}\nENDMODULE\n");
+        let companion = Companion::new("t2.mod".to_owned(), text_of_other.as_bytes()).unwrap();
+        run(&text, &Settings { companions: vec![companion], ..settings() })
+    };
+    let found = of("PERS num k:=20;", "PERS num k:=20;", "").unwrap();
+    assert_ends(&found, &[('L', [120.0, 200.0, 300.0]), ('L', [110.0, 200.0, 300.0])]);
+    let sets = "PROC other()\nk:=90;\nENDPROC";
+    refused(of("PERS num k:=20;", "PERS num k:=20;", sets), 4, &["another task sets it"]);
+    for other in ["PERS num k:=30;", "PERS dnum k:=20;", "VAR num k:=20;", "TASK PERS num k:=20;"] {
+        let said = ["'k' is declared twice, here and at t2.mod:2"];
+        refused(of("PERS num k:=20;", other, ""), 7, &said);
+    }
+    refused(of("PERS num k:=20;\nPERS num k:=20;", "", ""), 8, &["here and at line 7"]);
+}
+
+/// Technical reference manual, GetDataVal: it copies the datum that a text names.
+#[test]
+fn data_by_name_are_copied_and_move_nothing() {
+    let constant = "CONST robtarget p2:=[[500,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];";
+    let of = |copies: &str, data: &str| {
+        with(&format!("{copies}\nMoveL q,v5,fine,tool0;"), &format!("{data}\nVAR robtarget q;"))
+    };
+    let found = of("GetDataVal \"p2\",q;", constant).unwrap();
+    assert_ends(&found, &[('L', [500.0, 0.0, 0.0])]);
+    let why = ["GetDataVal fills in 'q': known only at run time", "write the value into a copy"];
+    for (copies, data) in [
+        ("GetDataVal \"p2\",q;", constant.replace("CONST", "VAR")),
+        ("GetDataVal \"p2\"\\Block:=b,q;", constant.to_owned()),
+        ("GetDataVal \"p3\",q;", constant.to_owned()),
+    ] {
+        refused(of(copies, &data), 5, &why);
+    }
+    for own in ["MToolTCPCalib j,j,j,j,t,max,mean;", "SyncToSensor cnv,p;"] {
+        let found = with(own, "VAR jointtarget j;").unwrap_err();
+        assert!(found[0].what.contains("is an instruction of the controller"), "{found:?}");
+        assert!(!found[0].what.contains("path.program.files"), "{found:?}");
+    }
+}
+
+#[test]
+fn what_assume_cannot_give_is_not_asked_of_it() {
+    let hint = "assume: in the job can settle it";
+    let branch = |condition: &str| format!("IF {condition} {MOVE}");
+    let of = |body: &str| {
+        let found = with(body, "VAR string s;\nVAR num n;").expect_err(body);
+        found[0].what.clone()
+    };
+    let text = of(&format!("SocketReceive so\\Str:=s;\n{}", branch("s=\"x\"")));
+    assert!(!text.contains(hint) && text.contains("write the value into a copy"), "{text}");
+    let number = of(&format!("SocketReceiveFrom so\\NoRecBytes:=n;\n{}", branch("n=1")));
+    assert!(number.contains(hint), "{number}");
+    let array = of(&format!("FOR i FROM 1 TO Dim(list,1) DO\n{MOVE}\nENDFOR"));
+    assert!(!array.contains(hint) && array.contains("path.program.files"), "{array}");
+}
