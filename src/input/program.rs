@@ -18,8 +18,8 @@ use crate::motion::{MechanicalUnit, UnitAxis};
 use crate::notes::{Code, Note, Notes};
 use crate::paths::{folder_of, tidied};
 use crate::program::{
-    self, Companion, Coordinates, Dialect, DwellUnit, J3From, LengthUnit, Program, RAPID_M_PER_S,
-    RotaryAxis, SetBy, Setter, Settings, TipAt,
+    self, Assumed, Companion, Coordinates, Dialect, DwellUnit, J3From, LengthUnit, Program,
+    RAPID_M_PER_S, RotaryAxis, SetBy, Setter, Settings, TipAt,
 };
 
 /// Languages of programs that are known by their extensions and not read.
@@ -132,12 +132,14 @@ pub(super) fn program_moves(
 }
 
 /// Those of the names, in lower case, that stand in a text. `pr[14,3]` does where PR[14] stands,
-/// and where another register or an argument gives the number.
+/// and where another register or an argument gives the number; `$mode_op==#ex` does where
+/// $MODE_OP stands.
 fn named_in<'n, 't>(
     names: impl Iterator<Item = &'n String>,
     texts: impl Iterator<Item = &'t [u8]> + Clone,
 ) -> Vec<String> {
     let stands = |name: &&String| {
+        let name = Assumed::enumeration(name).map_or(name.as_str(), |(datum, _)| datum);
         let end = name.find([',', ']', '.', '{']).unwrap_or(name.len());
         let head = name.get(..end).unwrap_or(name);
         let list = head.split('[').next().unwrap_or(head);
@@ -485,5 +487,14 @@ mod tests {
         assert_eq!(found("L PR[AR[1]] Offset,PR[4:a]"), ["pr[41,1]", "pr[4]"]);
         assert_eq!(found("PR[41]=PR[R[3:n]]"), ["pr[41,1]", "pr[4]"]);
         assert_eq!(found("PR[2]=P[1]"), [""; 0]);
+    }
+
+    #[test]
+    fn a_name_of_an_enumeration_counts_where_its_variable_stands() {
+        let names = ["$mode_op == #ex", "$mode_op==#t1", "$mode==#t1", "x[2]==#a"];
+        let names = names.map(str::to_owned);
+        let found = |text: &str| named_in(names.iter(), std::iter::once(text.as_bytes()));
+        assert_eq!(found("IF $MODE_OP  ==  #T2 THEN"), names[..2]);
+        assert_eq!(found("SWITCH x[2]"), names[3..]);
     }
 }

@@ -8,7 +8,7 @@ use nalgebra::Isometry3;
 
 use super::log::{Log, States, Tool};
 use super::span::Span;
-use super::{ExternalAxis, SetBy, Setter, Settings, Spindle, tool_number};
+use super::{Assumed, ExternalAxis, SetBy, Setter, Settings, Spindle, tool_number};
 use crate::motion::{MechanicalUnit, UnitAxis, UnitMove, Work};
 use crate::notes::Code;
 use crate::units::{deg_from_rad, m_from_mm, rad_from_deg};
@@ -272,7 +272,10 @@ pub(super) fn named_by_job(settings: &Settings) -> HashSet<String> {
         _ => None,
     });
     let start = settings.procedure.iter().map(|name| name.to_lowercase());
-    let base = |name: &String| name.split(['[', '{', '.']).next().unwrap_or(name).to_lowercase();
+    let base = |name: &String| {
+        let datum = Assumed::enumeration(name).map_or(name.as_str(), |(datum, _)| datum);
+        datum.split(['[', '{', '.']).next().unwrap_or(datum).to_lowercase()
+    };
     procedures.chain(start).chain(settings.assume.keys().map(base)).collect()
 }
 

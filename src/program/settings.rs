@@ -169,6 +169,14 @@ pub enum Assumed {
     Number(f64),
 }
 
+impl Assumed {
+    /// Datum and name in `$mode_op==#ex`, with or without blanks.
+    pub(crate) fn enumeration(said: &str) -> Option<(&str, &str)> {
+        let (datum, name) = said.split_once("==")?;
+        Some((datum.trim(), name.trim_start().strip_prefix('#')?.trim()))
+    }
+}
+
 /// What an axis of rotation of G-code turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RotaryAxis {

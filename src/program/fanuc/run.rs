@@ -226,10 +226,8 @@ impl<'a> Run<'a> {
             set_by_comment(self.settings, self.log, line, comment, span);
             return Ok(false);
         }
-        // Dashes end what stands behind P-SPS.
-        let is_rule = text.len() > 1 && text.bytes().all(|byte| byte == b'-');
         let is_remark = text.starts_with("//") || is_dashed_remark(text);
-        if text.is_empty() || is_rule || is_remark {
+        if text.is_empty() || is_remark {
             return Ok(false);
         }
         if is_motion(text) {

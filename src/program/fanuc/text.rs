@@ -72,6 +72,7 @@ pub(super) fn parse(text: &str) -> Source {
     let mut positions = String::new();
     let mut offset = 0;
     let mut positions_line = 1;
+    let mut has_group = false;
     for (index, whole) in text.split_inclusive('\n').enumerate() {
         let start = offset;
         offset += whole.len();
@@ -104,16 +105,21 @@ pub(super) fn parse(text: &str) -> Source {
                 positions.push('\n');
             }
             _ => {
+                let name = trimmed.split('=').next().unwrap_or("").trim();
+                has_group |= section == "ATTR" && name.eq_ignore_ascii_case("DEFAULT_GROUP");
                 if section == "ATTR"
-                    && let Some(name) = translated_group(trimmed)
+                    && let Some(name) = named_groups(trimmed)
                 {
-                    source.translated = Some((index + 1, name.to_owned()));
+                    source.translated.get_or_insert((index + 1, name.to_owned()));
                 }
                 if let Some(schedule) = tracking(trimmed) {
                     source.tracks = Some((index + 1, schedule.to_owned()));
                 }
             }
         }
+    }
+    if has_group {
+        source.translated = None;
     }
     if let Some(open) = open {
         source.faults.push((open.line, "the statement has no ';': is the file whole?".to_owned()));
@@ -140,18 +146,17 @@ fn tracking(line: &str) -> Option<&str> {
     (is_it && schedule != "0").then_some(schedule)
 }
 
-/// The name in `DEFAULT_GRUP = 1,*,*,*,*;`, which English has as DEFAULT_GROUP.
-fn translated_group(line: &str) -> Option<&str> {
+/// The name in `DEFAULT_GROUP = 1,*,*,*,*;`, in any language.
+fn named_groups(line: &str) -> Option<&str> {
     let (name, value) = line.split_once('=')?;
     let groups: Vec<&str> = value.trim().trim_end_matches(';').split(',').map(str::trim).collect();
     let is_groups = groups.len() > 1 && groups.iter().all(|own| matches!(*own, "1" | "*"));
-    let name = name.trim();
-    (is_groups && !name.eq_ignore_ascii_case("DEFAULT_GROUP")).then_some(name)
+    is_groups.then_some(name.trim())
 }
 
-/// `-- text`, `--eg:text`; rules of dashes are none.
+/// `-- text`, `--eg:text`, `--- text ---`, and dashes that end what stands behind P-SPS.
 pub(super) fn is_dashed_remark(text: &str) -> bool {
-    text.starts_with("--") && !text.starts_with("---")
+    text.starts_with("--")
 }
 
 /// Takes a line of `/MN`: `  12:L P[1] 100mm/sec FINE ;`, or what continues the one before.
@@ -167,12 +172,17 @@ fn statement(
     let mut at = start + blank;
     // The number and its colon; both may be missing.
     let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    let goes_on = rest.starts_with(':');
     if let Some(behind) = rest.get(digits..).and_then(|rest| rest.trim_start().strip_prefix(':')) {
         at += rest.len() - behind.len();
         rest = behind;
     }
     if rest.trim().is_empty() {
         return;
+    }
+    // A remark without its ';' hides no statement behind it.
+    if !goes_on && let Some(remark) = open.take_if(|own| is_dashed_remark(own.text.trim_start())) {
+        source.statements.push(remark);
     }
     let mut new =
         open.take().unwrap_or(Statement { line, text: String::new(), places: Vec::new() });

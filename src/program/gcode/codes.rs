@@ -455,7 +455,14 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         return Ok(());
     }
     if !(has_axes || has_cycle_words || full_turn || pattern.is_some()) {
-        return Ok(());
+        let is_held = in_cycle && block.has_any(b"IJKL") && !(repeats || has_words_of_m);
+        return if is_held {
+            Err("I, J, K or L without an axis in a drilling cycle: controllers differ in whether it \
+                 drills; write the axes, or G80 before it"
+                .to_owned())
+        } else {
+            Ok(())
+        };
     }
     if block.codes('G').any(|code| code == 600)
         && !machine.is_sinumerik

@@ -421,8 +421,17 @@ impl<'t> Flow<'t> {
 
     /// `GOTO n`: to the line with N n.
     fn jump(&mut self, content: &str) -> Result<(), String> {
-        let mut reader = Reader::new(content.as_bytes(), letters(content), &self.parameters);
-        let number = not_vacant(reader.expression()?)?;
+        let own = letters(content);
+        let reader = Reader::new(content.as_bytes(), own, &self.parameters);
+        let mut reader = if self.is_sinumerik { reader } else { reader.with_comments() };
+        let is_cut = own < "GOTO".len();
+        let hint = if is_cut { "; GO is short for GOTO: for G0 write the digit" } else { "" };
+        let number = reader.expression().map_err(|why| format!("{why}{hint}"))?;
+        let number = not_vacant(number)?;
+        if reader.peek().is_some_and(|next| next != b';') {
+            let rest = content.get(reader.at..).unwrap_or("").trim();
+            return Err(format!("'{rest}' behind the target of GOTO is not read{hint}"));
+        }
         self.jump_to(number)
     }
 

@@ -48,10 +48,11 @@ impl Machine<'_> {
     ) -> Result<(), String> {
         let from = self.at();
         let end = self.end_of(block)?;
-        let tip = match pace {
-            Pace::Rapid => Tip::Rapid,
-            _ if is_near(from, end) => Tip::Stays,
-            _ => Tip::Feed,
+        let tip = match (pace, is_near(from, end)) {
+            (Pace::Rapid, true) => Tip::StaysByRapid,
+            (Pace::Rapid, false) => Tip::Rapid,
+            (_, true) => Tip::Stays,
+            (_, false) => Tip::Feed,
         };
         self.turn(line, block, tip)?;
         let corner = asked(block, |length| self.mm(length))?;

@@ -108,6 +108,8 @@ pub(super) enum Tip {
     Feed,
     /// At feed, to where it is.
     Stays,
+    /// By a rapid move, to where it is.
+    StaysByRapid,
 }
 
 pub(super) struct Machine<'a> {
@@ -365,9 +367,11 @@ impl<'a> Machine<'a> {
             self.tell_turn_in_place(line, turned.max(tilted));
             return Ok(is_directed || turned > 0.0);
         }
-        self.turned_in_place = 0.0;
+        if tip != Tip::StaysByRapid {
+            self.turned_in_place = 0.0;
+        }
         let most = match tip {
-            Tip::Rapid => HALF_TURN_DEG,
+            Tip::Rapid | Tip::StaysByRapid => HALF_TURN_DEG,
             _ if follows_tip => HALF_TURN_DEG,
             _ => STRAIGHT_DEG,
         };

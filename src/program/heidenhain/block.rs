@@ -76,7 +76,9 @@ impl<'t> Block<'t> {
             (Some(_), _) => word.name.is_empty(),
             (None, Some(_)) => word.name != "DR",
             // `TOOL CALL 5 Z` has the tool's axis.
-            (None, None) => is_of_place(word.name) && self.name(0) != "TOOL",
+            (None, None) => {
+                is_of_place(word.name) && self.name(0) != "TOOL" && !self.is_of_tilt(word)
+            }
         };
         let word = self.words.iter().skip(from).find(is_loose)?;
         let sign = word.sign.map_or("", |is_plus| if is_plus { "+" } else { "-" });
@@ -97,6 +99,12 @@ impl<'t> Block<'t> {
                  stays"
             ),
         })
+    }
+
+    /// `M138 C`: the axes that count for a tilt.
+    pub(super) fn is_of_tilt(&self, word: &Word<'_>) -> bool {
+        let is_bare = word.value.is_none() && word.sign.is_none();
+        is_bare && matches!(word.name, "A" | "B" | "C") && self.all("M").any(|code| code == 138.0)
     }
 
     pub(super) fn all<'b>(&'b self, name: &'b str) -> impl Iterator<Item = f64> + 'b {

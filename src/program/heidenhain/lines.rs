@@ -115,7 +115,8 @@ impl Reader<'_, '_> {
         let is_other = |word: &&Word<'_>| match word.name {
             "M" | "STOP" => false,
             "MB" | "MAX" | "F" | "FMAX" => !retracts,
-            _ => true,
+            "LA" => !has(120.0),
+            _ => !block.is_of_tilt(word),
         };
         if let Some(word) = block.words.iter().find(is_other) {
             let number = word.value.map_or(String::new(), |value| value.to_string());

@@ -634,9 +634,11 @@ fn is_rapid(block: &Block<'_>) -> bool {
 
 /// Words that a block of motion may have behind its first.
 fn is_of_motion(name: &str) -> bool {
-    const WORDS: [&str; 30] = [
+    // LA of M120: how far ahead a corrected contour is looked at.
+    const WORDS: [&str; 31] = [
         "", "X", "Y", "Z", "IX", "IY", "IZ", "A", "B", "C", "IA", "IB", "IC", "PR", "PA", "IPA",
-        "IPR", "DR", "R", "RL", "RR", "F", "FMAX", "FAUTO", "FU", "MAX", "AUTO", "M", "MB", "Q",
+        "IPR", "DR", "R", "RL", "RR", "F", "FMAX", "FAUTO", "FU", "MAX", "AUTO", "M", "MB", "LA",
+        "Q",
     ];
     WORDS.contains(&name) || name.starts_with('Q')
 }

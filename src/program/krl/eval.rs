@@ -50,6 +50,11 @@ impl<'a> Run<'a> {
             },
             Expr::Binary(operator, left, right) => {
                 let (of, to) = (self.eval(left), self.eval(right));
+                if matches!(*operator, "==" | "<>")
+                    && (self.is_other(left, &of, &to) || self.is_other(right, &to, &of))
+                {
+                    return Value::Bool(*operator == "<>");
+                }
                 let found = binary(operator, &of, &to);
                 known(found.map_err(|why| self.with_name(why, [(left, &of), (right, &to)])))
             }
@@ -182,7 +187,9 @@ impl<'a> Run<'a> {
         }
         // The job may call an output by any of its names.
         let names = self.names(key);
-        if let Some(name) = self.assumed_name(&names).filter(|_| !self.forgotten.contains(key)) {
+        if !self.forgotten.contains(key)
+            && let Some(name) = self.assumed_name(&names)
+        {
             return name;
         }
         let assumed = names.iter().find_map(|name| self.settings.assume.get(name));
@@ -398,7 +405,8 @@ impl<'a> Run<'a> {
 
     /// No element of an array is known any longer.
     pub(super) fn forget_all(&mut self, name: &str, what: &str) {
-        let assumed = self.settings.assume.keys().map(|key| self.file.signals.key(key.clone()));
+        let datum = |said| Assumed::enumeration(said).map_or(said, |(datum, _)| datum).to_owned();
+        let assumed = self.settings.assume.keys().map(|said| self.file.signals.key(datum(said)));
         self.forgotten.extend(assumed.filter(|key| base(key) == name));
         for (key, value) in self.store(name) {
             if base(key) == name {

@@ -147,12 +147,45 @@ impl<'a> Run<'a> {
     }
 
     /// `$MODE_OP==#EX`: which name of an enumeration a datum has by the job's word.
-    pub(super) fn assumed_name(&self, names: &[String]) -> Option<Value> {
-        let given = self.settings.assume.iter().filter(|(_, is)| **is == Assumed::Truth(true));
-        let mut given = given.filter_map(|(said, _)| said.split_once("=="));
-        let is_it = |(datum, _): &(&str, &str)| names.iter().any(|own| own == datum.trim());
-        let (_, name) = given.find(is_it)?;
-        Some(Value::Enum(name.trim().strip_prefix('#')?.to_owned()))
+    pub(super) fn assumed_name(&mut self, names: &[String]) -> Option<Value> {
+        let given = self.names_given(names);
+        let (name, _) = *given.iter().find(|(_, is)| *is == Assumed::Truth(true))?;
+        let denies = |(own, is): &&(&str, Assumed)| {
+            let is_true = *is == Assumed::Truth(true);
+            is_true != (*own == name)
+        };
+        if let Some((other, _)) = given.iter().find(denies) {
+            let datum = names.last().map_or("", String::as_str).to_uppercase();
+            let [name, other] = [name, other].map(str::to_uppercase);
+            let both = match name == other {
+                true => format!("\"{datum}==#{name}\" true and false"),
+                false => format!("\"{datum}==#{name}\" and \"{datum}==#{other}\" true"),
+            };
+            let what = format!("assume: in the job has {both}, of which one can be: delete one");
+            self.log.error(Code::Conflict, self.line, what);
+        }
+        Some(Value::Enum(name.to_owned()))
+    }
+
+    /// Names of an enumeration that the job says a datum has or has not.
+    fn names_given(&self, names: &[String]) -> Vec<(&'a str, Assumed)> {
+        let given = self.settings.assume.iter().filter_map(|(said, is)| {
+            let (datum, name) = Assumed::enumeration(said)?;
+            names.iter().any(|own| own == datum).then_some((name, *is))
+        });
+        given.collect()
+    }
+
+    /// Whether a datum that is not known has another name than this by the job's word.
+    pub(super) fn is_other(&mut self, datum: &'a Expr, value: &Value, name: &Value) -> bool {
+        let (Expr::Ref(path), Value::Unknown(_), Value::Enum(name)) = (datum, value, name) else {
+            return false;
+        };
+        let Some(key) = self.key(path).ok().filter(|_| path.fields.is_empty()) else {
+            return false;
+        };
+        let given = self.names_given(&self.names(&key));
+        !self.forgotten.contains(&key) && given.contains(&(name.as_str(), Assumed::Truth(false)))
     }
 
     /// What the job can say of a datum that is compared with the name of an enumeration.

@@ -545,7 +545,7 @@ impl<'a> Run<'a> {
         cases: &'a Cases,
         otherwise: &'a Block,
     ) -> Flow {
-        let tested = self.eval(tested);
+        let (datum, tested) = (tested, self.eval(tested));
         let key = |value: &Value| match value {
             Value::Num(number, ..) => Some(number.to_string()),
             Value::Enum(name) => Some(format!("#{name}")),
@@ -554,10 +554,19 @@ impl<'a> Run<'a> {
         };
         let Some(wanted) = key(&tested) else {
             let why = tested.num().err().unwrap_or_default();
-            for (_, body) in cases {
-                self.undecided(line, "SWITCH", &why, [body, otherwise]);
+            let mut is_open = false;
+            for (values, body) in cases {
+                let mut may_be = false;
+                for value in values {
+                    let name = self.eval(value);
+                    may_be |= !self.is_other(datum, &tested, &name);
+                }
+                if may_be {
+                    is_open = true;
+                    self.undecided(line, "SWITCH", &why, [body, otherwise]);
+                }
             }
-            return Flow::Next;
+            return if is_open { Flow::Next } else { self.block(otherwise) };
         };
         for (values, body) in cases {
             for value in values {

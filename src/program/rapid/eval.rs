@@ -2,13 +2,13 @@
 //! and becomes a fault only where motion depends on it.
 
 use super::constants::{predefined, stop_point};
-use super::frames::as_own_frame;
 use super::functions::{self, Given};
 use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::number::Number;
 use super::offered::FILE;
 use super::outputs::WHOLE;
+use super::own_frame::as_own_frame;
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
 use super::texts;
 use super::value::{

@@ -3,6 +3,7 @@
 
 use super::instructions::{may_be_set, may_set};
 use super::interpreter::Interpreter;
+use super::modules::is_of_module;
 use super::offered::{COPY, is_plain};
 use super::outputs::WHOLE;
 use super::syntax::{Args, Expr, Name, Optional, Path};
@@ -88,7 +89,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// `GetDataVal "p10",q;`: a datum as a whole, and the constant of all modules that a text
-    /// names, of the same type.
+    /// names, of the same type; not where data of the routine or of one module have the name, too.
     fn named_constant(&mut self, args: &'a Args) -> Option<(&'a Path, Value)> {
         let [Expr::Text(text), Expr::Ref(path)] = args.positional.as_slice() else { return None };
         let file = self.file;
@@ -99,7 +100,9 @@ impl<'a> Interpreter<'a> {
             && data.dimensions.is_empty()
             && args.optional.is_empty()
             && path.is_whole()
-            && self.kind_of(&path.name.key) == Some(&data.kind);
+            && self.kind_of(&path.name.key) == Some(&data.kind)
+            && !self.is_local(key)
+            && !file.data.keys().any(|own| is_of_module(own, key));
         let value = self.datum_now(key).filter(|_| is_it)?;
         Some((path, value))
     }

@@ -9,7 +9,7 @@ use super::number::{Count, Number};
 use super::offered::COPY;
 use super::outputs::references;
 use super::sets::{CHANGE, set_within};
-use super::syntax::{Block, Expr, Name, What};
+use super::syntax::{Block, Declaration, Expr, Name, What};
 use super::timed::SETS;
 use super::value::Value;
 use super::walk::{
@@ -24,8 +24,13 @@ const ENDLESS: &str =
 const STILL: &str = "an endless loop without a move: what stands behind it is never reached, or \
                      only where something that is not read ends the loop";
 
-/// Statements of a `WHILE TRUE` that are read until a pass leaves it.
+/// Statements of a `WHILE TRUE` that are read until a pass leaves it, and of another WHILE until it
+/// may count as endless.
 const MAX_STATEMENTS: usize = 100_000;
+
+/// Passes of a WHILE before it may count as endless: those that end by themselves rarely have more,
+/// and to look what each may change would take longer than to run it.
+const MANY_PASSES: usize = 1000;
 
 fn jumps_out(body: &Block) -> bool {
     let mut inside = statements_in(std::iter::once(body));
@@ -135,7 +140,8 @@ impl<'a> Interpreter<'a> {
             self.set_anew.clear();
             return flow;
         }
-        let (mut passes, mut before) = (0, String::new());
+        let least = self.budget.saturating_sub(MAX_STATEMENTS);
+        let (mut passes, mut watched, mut before) = (0, 0, String::new());
         loop {
             let value = first.take().unwrap_or_else(|| self.eval(condition));
             match value.bool() {
@@ -152,13 +158,16 @@ impl<'a> Interpreter<'a> {
                 Ok(true) if passes == 1 && self.waits_for_others(condition, body) => {
                     return Flow::Next;
                 }
-                Ok(true) if self.is_stuck(passes, &mut before, condition, body) => {
+                Ok(true) if self.is_stuck(watched, &mut before, condition, body) => {
                     self.doubt_stuck(line, body);
                     return Flow::Exit;
                 }
                 Ok(true) if self.another_pass(line) => match self.block(body) {
                     Flow::Next => {
                         passes += 1;
+                        if passes >= MANY_PASSES || self.budget <= least {
+                            watched += 1;
+                        }
                         self.set_anew.clear();
                     }
                     flow => return flow,
@@ -223,7 +232,7 @@ impl<'a> Interpreter<'a> {
         data.is_some_and(|data| data.is_persistent || self.trapped.contains_key(key))
     }
 
-    fn is_local(&self, key: &str) -> bool {
+    pub(super) fn is_local(&self, key: &str) -> bool {
         self.frames.last().is_some_and(|frame| frame.contains_key(key))
     }
 
@@ -235,25 +244,30 @@ impl<'a> Interpreter<'a> {
             && !names_in(vec![condition]).into_iter().any(is_set)
     }
 
+    /// Whether a condition asks a function of the program, which may set data.
+    fn asks_own_function(&self, condition: &'a Expr) -> bool {
+        let mut functions = functions_of(vec![condition]).into_iter();
+        functions.any(|(name, _)| self.file.functions.contains_key(&name.key))
+    }
+
     /// Whether a loop waits for what others set, and neither sets what it asks for nor leaves by a
     /// jump. Behind it that is as behind `WaitUntil`; what the loop sets is not known.
     fn waits_for_others(&mut self, condition: &'a Expr, body: &'a Block) -> bool {
         let file = self.file;
-        let mut functions = functions_of(vec![condition]).into_iter();
         let calls = calls_in(file, &[body]);
         if !self.only_waits(condition, body)
             || self.may_leave(body)
-            || functions.any(|(name, _)| file.functions.contains_key(&name.key))
+            || self.asks_own_function(condition)
             || calls.iter().any(|(name, _)| SETS.contains(&name.key.as_str()))
         {
             return false;
         }
-        let is_persistent = |name: &Name| {
+        let is_of_tasks = |name: &Name| {
             let data = file.data.get(&name.key).filter(|_| !self.is_local(&name.key));
-            data.is_some_and(|data| data.is_persistent)
+            data.is_some_and(Declaration::is_of_tasks)
         };
         let mut others = names_in(vec![condition]);
-        others.retain(|name| is_persistent(name) || self.is_of_job(name));
+        others.retain(|name| is_of_tasks(name) || self.is_of_job(name));
         // What the job says may be what keeps the loop.
         for heeds_job in [true, false] {
             for name in others.iter().copied() {
@@ -270,22 +284,25 @@ impl<'a> Interpreter<'a> {
         false
     }
 
-    /// Whether a loop has come to go on without end: the third pass, before which the condition
-    /// was as before, has moved nothing and changed nothing that another would go by.
+    /// Whether a loop has come to go on without end: the third pass of those watched, before which
+    /// the condition was as before, has moved nothing and changed nothing that another would go by.
     fn is_stuck(
         &mut self,
-        passes: usize,
+        watched: usize,
         before: &mut String,
         condition: &'a Expr,
         body: &'a Block,
     ) -> bool {
-        let now = match passes {
+        if self.asks_own_function(condition) {
+            return false;
+        }
+        let now = match watched {
             1 => self.values_of(names_in(vec![condition])),
             2 if *before == self.values_of(names_in(vec![condition])) => self.situation(body),
             3 if !before.is_empty() => self.situation(body),
             _ => String::new(),
         };
-        let is_stuck = passes == 3 && !now.is_empty() && now == *before;
+        let is_stuck = watched == 3 && !now.is_empty() && now == *before;
         *before = now;
         is_stuck
     }
@@ -500,7 +517,7 @@ impl<'a> Interpreter<'a> {
         let has_other_name =
             local.any(|datum| datum.stands_for.as_ref().is_some_and(|(own, _)| *own == key));
         match self.file.data.get(key) {
-            Some(data) => !data.is_persistent && !has_other_name,
+            Some(data) => !data.is_of_tasks() && !has_other_name,
             None => predefined(key).is_some(),
         }
     }

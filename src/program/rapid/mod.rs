@@ -33,6 +33,7 @@ mod moves;
 mod number;
 mod offered;
 mod outputs;
+mod own_frame;
 mod parser;
 mod run;
 mod set_by;

@@ -11,6 +11,14 @@ use super::syntax::Name;
 /// By module, in lower case, what names stand for in it.
 pub(super) type Renamed = HashMap<String, HashMap<String, String>>;
 
+/// Between a name and the module that has it for itself.
+const OF: &str = " of ";
+
+/// Whether a name is what one module has for itself under another.
+pub(super) fn is_of_module(own: &str, name: &str) -> bool {
+    own.strip_prefix(name).is_some_and(|rest| rest.starts_with(OF))
+}
+
 /// A name that a module declares, both in lower case.
 struct Declared {
     name: String,
@@ -40,7 +48,7 @@ pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
         }
         let is_global = owners.iter().any(|one| !one.is_local) || is_strange;
         for one in owners.iter().filter(|one| one.is_local && (is_global || !one.is_of_main)) {
-            let own = format!("{name} of {}", one.module);
+            let own = format!("{name}{OF}{}", one.module);
             renamed.entry(one.module.clone()).or_default().insert(name.to_owned(), own);
         }
     }

@@ -138,7 +138,7 @@ pub(super) enum What {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Declaration {
     pub(super) line: usize,
-    /// PERS: other tasks have it, too.
+    /// PERS: other tasks have it, too, where it is neither TASK nor LOCAL.
     pub(super) is_persistent: bool,
     /// `TASK PERS`: this task alone has it.
     pub(super) is_of_task: bool,
@@ -151,6 +151,13 @@ pub(super) struct Declaration {
     pub(super) name: Name,
     pub(super) dimensions: Vec<Expr>,
     pub(super) value: Option<Expr>,
+}
+
+impl Declaration {
+    /// Whether all tasks may have it.
+    pub(super) fn is_of_tasks(&self) -> bool {
+        self.is_persistent && !self.is_of_task && !self.is_local
+    }
 }
 
 /// A PROC or FUNC.

@@ -66,7 +66,7 @@ fn codes_that_move_in_blocks_of_their_own() {
         conversational(&text)
     };
     let ways = |program: &Program| program.moves.iter().map(end).collect::<Vec<_>>();
-    for block in ["M140 MB MAX", "STOP M5", "M8"] {
+    for block in ["M140 MB MAX", "STOP M5", "M8", "M138 C", "M120 LA5"] {
         let [alone, behind] = [block, &format!("L {block}").replace("L STOP", "L")];
         let [alone, behind] = [alone, behind].map(|block| of(block).unwrap());
         assert_eq!(ways(&alone), ways(&behind), "{block}");

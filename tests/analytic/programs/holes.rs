@@ -58,6 +58,9 @@ fn circles_and_arcs_of_holes() {
     BEGUN.refused("G81 Z-5 R2 F100 L0\nG71 I5 L4\n", "G71 has no K");
     BEGUN.refused("G81 Z-5 R2 F100 L0\nG70 I5 L2.5\n", "whole number");
     BEGUN.refused("G81 Z-5 R2 F100 L0\nG72 I5 J0 L4\n", "G72 is not understood");
+    for forgotten in ["I5 J15 L4\n", "L4\n", "K3\n"] {
+        BEGUN.refused(&format!("G81 X1 Z-5 R2 F100\n{forgotten}"), "without an axis");
+    }
 }
 
 /// Whether the tool has gone to the X and Y of L0, and where a pattern leaves its centre.

@@ -447,6 +447,36 @@ fn the_job_says_which_name_of_an_enumeration_a_datum_has() {
 }
 
 #[test]
+fn the_job_says_which_name_of_an_enumeration_a_datum_has_not() {
+    let job = |said: &[(&str, bool)]| {
+        let given = said.iter().map(|(name, is)| ((*name).to_owned(), Assumed::Truth(*is)));
+        Settings { assume: given.collect(), ..settings() }
+    };
+    let asks = |what: &str| format!("{START}\nIF {what} THEN\nLIN {{X 9}}\nENDIF");
+    let switch = |name: &str| {
+        format!(
+            "{START}\nSWITCH $MODE_OP\nCASE {name}\nLIN {{X 9}}\nDEFAULT\nLIN {{X 5}}\nENDSWITCH"
+        )
+    };
+    let not = job(&[("$mode_op == #t1", false)]);
+    for (what, moves) in [("$MODE_OP==#T1", 1), ("#T1 == $MODE_OP", 1), ("$MODE_OP<>#T1", 2)] {
+        assert_eq!(with(&asks(what), &not).unwrap().moves.len(), moves, "{what}");
+    }
+    assert_eq!(x(&with(&switch("#T1"), &not).unwrap()), [0.0, 5.0]);
+    // Other names stay open.
+    refused(with(&asks("$MODE_OP==#T2"), &not), "'$MODE_OP' is known only at run time");
+    refused(with(&switch("#T1,#T2"), &not), "'$MODE_OP' is known only at run time");
+    let body = asks("$MODE_OP==#T1");
+    let both = job(&[("$mode_op==#t1", true), ("$mode_op==#ex", true)]);
+    let found = with(&body, &both).unwrap_err();
+    assert!(found.iter().any(|own| own.code == Code::Conflict && at(own) == 4), "{found:?}");
+    let both = job(&[("$mode_op==#t1", true), ("$mode_op == #t1", false)]);
+    refused(with(&body, &both), "\"$MODE_OP==#T1\" true and false");
+    let agree = job(&[("$mode_op==#t1", false), ("$mode_op==#ex", true)]);
+    assert_eq!(with(&body, &agree).unwrap().moves.len(), 1);
+}
+
+#[test]
 fn lines_that_need_what_the_file_lacks_say_so() {
     for line in ["PTP P1 Vel=80% PDAT1 Tool[1]", "LIN P2 Vel=0.5 m/s CPDAT1", "PTP HOME VEL=50"] {
         refused(with(line, &settings()), "what the pendant shows of an inline form");

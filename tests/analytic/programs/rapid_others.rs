@@ -125,6 +125,13 @@ fn a_loop_that_waits_for_what_another_task_sets_ends() {
     let found = of("n=0 OR NOT done", wait, "", &[]).unwrap();
     assert_eq!(lines(&found).last(), Some(&7));
     assert_eq!(doubts(&found), [(Code::MotionLeftOut, 6)]);
+    // Other tasks do not have it.
+    for class in ["TASK PERS", "LOCAL PERS", "VAR"] {
+        let body = format!("{MOVE}\nWHILE NOT done DO\n{wait}\nENDWHILE\n{NEXT}");
+        let found = with(&body, &format!("{class} bool done:=FALSE;")).unwrap();
+        let told = vec![(Code::MotionLeftOut, 5)];
+        assert_eq!((lines(&found), doubts(&found)), (vec![4, 6], told), "{class}");
+    }
 }
 
 /// A loop that asks for a flag of its own, which none of its passes sets.
@@ -140,9 +147,16 @@ fn a_loop_in_which_nothing_changes_is_a_doubt_that_names_what_it_may_call() {
     assert_eq!((lines(&found), doubts(&found)), (vec![4], vec![(Code::MotionLeftOut, 5)]));
     let told = found.warnings.iter().find(|note| note.code == Code::MotionLeftOut).unwrap();
     assert!(told.what.contains("path.program.procedure: go"), "{}", told.what);
+    // However much one pass runs.
+    let found = of("FOR i FROM 1 TO 2000 DO\nn:=i;\nENDFOR\nIF flag=1 go;").unwrap();
+    assert_eq!((lines(&found), doubts(&found)), (vec![4], vec![(Code::MotionLeftOut, 5)]));
     // What a pass changes starts others.
     let found = of("n:=n+1;\nIF n=9 go;\nIF n=12 flag:=-1;").unwrap();
     assert_eq!((lines(&found), doubts(&found)), (vec![4, 15, 10], vec![]));
+    // So does what the condition itself sets.
+    let ready = "VAR num m:=0;\nFUNC bool ready()\nm:=m+1;\nRETURN m>5;\nENDFUNC";
+    let found = with(&format!("m:=0;\nWHILE NOT ready() DO\nENDWHILE\n{MOVE}"), ready).unwrap();
+    assert_eq!((lines(&found), doubts(&found)), (vec![7], vec![]));
     // What it changes for ever is an error, at its own line alone.
     for head in ["WHILE n>=0 DO\nn:=n+1;\nENDWHILE", "FOR i FROM 1 TO 1E7 DO\nn:=1;\nENDFOR"] {
         let found = with(&format!("VAR num n;\n{MOVE}\n{head}\n{MOVE}"), "").unwrap_err();
@@ -152,6 +166,18 @@ fn a_loop_in_which_nothing_changes_is_a_doubt_that_names_what_it_may_call() {
             "{found:?}"
         );
     }
+}
+
+/// It runs few passes at a time, and may call much.
+#[test]
+fn a_loop_that_ends_runs_as_often_as_it_is_reached() {
+    let body = format!(
+        "FOR i FROM 1 TO 400 DO\nfin:=FALSE;\nn:=0;\nWHILE NOT fin DO\nn:=n+1;\nIF n=5 fin:=TRUE;\n\
+         IF k=99 big;\nENDWHILE\nENDFOR\n{MOVE}"
+    );
+    let big = format!("PROC big()\n{}ENDPROC", "IF k=9 n:=1;\n".repeat(1000));
+    let found = with(&body, &format!("VAR bool fin;\nVAR num n;\nVAR num k:=0;\n{big}")).unwrap();
+    assert_eq!((lines(&found), doubts(&found)), (vec![13], vec![]));
 }
 
 /// RETURN of a function decides what it gives, and no move.
@@ -211,6 +237,9 @@ fn data_by_name_are_copied_and_move_nothing() {
         ("GetDataVal \"p2\",q;", constant.replace("CONST", "VAR")),
         ("GetDataVal \"p2\"\\Block:=b,q;", constant.to_owned()),
         ("GetDataVal \"p3\",q;", constant.to_owned()),
+        // The routine or another module has its own.
+        ("VAR robtarget p2;GetDataVal \"p2\",q;", constant.to_owned()),
+        ("GetDataVal \"p2\",q;", format!("{constant}\nENDMODULE\nMODULE m2\nLOCAL {constant}")),
     ] {
         refused(of(copies, &data), 5, &why);
     }

@@ -60,7 +60,9 @@ fn small_turns_on_end_while_the_tip_stays_add_up() {
             ("G1 A5 F200\nA0\nA5", vec![(Code::MotionLeftOut, 5)]),
             ("G1 X0.004 A6 F200\nX0.008 A12", vec![(Code::MotionLeftOut, 4)]),
             ("G1 A3 F200\nA6\nA9\nX5 A12\nA15\nA18\nA21", vec![]),
-            ("G1 A6 F200\nG0 A12\nG1 A18", vec![]),
+            ("G1 A6 F200\nG0 A12\nG1 A18", vec![(Code::MotionLeftOut, 5)]),
+            ("G1 A6 F200\nG0 X0\nG1 A12", vec![(Code::MotionLeftOut, 5)]),
+            ("G1 A6 F200\nG0 X5\nG1 A12", vec![]),
         ] {
             let program = of(&format!("G0 X0 Y0 Z5 A0\n{control}\n{blocks}"), dialect, false);
             assert_eq!(told(&program, said), lines, "{control} {blocks}");

@@ -574,7 +574,12 @@ fn remarks_with_dashes_and_semicolons_in_comments() {
     let found = tp(text);
     assert_goes(&found, &[[100.0, 0.0, 0.0]]);
     assert!((found.unwrap().moves[0].feed_m_per_s - 0.04).abs() < 1e-12);
-    assert_refused(tp("--- P ;\n"), 6, &["'--- P' is not understood"]);
+    for remark in ["--- text --- ;", "--- a: b; c ;", "---- ;", "   9:  ---- "] {
+        let text = format!("{remark}\n  10:  L P[2] 100mm/sec FINE ;\n");
+        assert_goes(&tp(&text), &[[100.0, 0.0, 0.0]]);
+    }
+    let wrapped = "--eg:Go to\n    :  L P[3] 9mm/sec FINE ;\nL P[2] 9mm/sec FINE ;\n";
+    assert_goes(&tp(wrapped), &[[100.0, 0.0, 0.0]]);
 }
 
 #[test]
@@ -602,6 +607,7 @@ fn a_listing_in_another_language_is_told_once() {
     assert_eq!((found.len(), at(&found[0])), (1, 4), "{found:?}");
     assert!(found[0].what.contains("another language than English"), "{found:?}");
     let english = head.replace("DEFAULT_GRUP", "DEFAULT_GROUP");
+    let english = english.replace("/MN", "LOCK_GROUP = 1,*,*,*,*;\n/MN");
     let text = format!("{english}L P[1] 9mm/sec FINE ;\n/POS\n{}/END\n", points("UF : 1, UT : 1"));
     assert_eq!(read(text.as_bytes(), Dialect::Fanuc, &job()).unwrap().moves.len(), 1);
 }

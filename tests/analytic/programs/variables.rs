@@ -66,6 +66,14 @@ fn words_of_macros_may_be_cut() {
     assert_eq!(of("#1=1\nIF[#1EQ1]GO10\nX5\nN10 X8\nGOT20\nX9\nN20\n"), [8.0]);
     assert_eq!(of("#1=7\nIF[[#1MO4EQ3]AN[#1GT0]]TH#1=2\nX#1\n"), [2.0]);
     assert_eq!(of("X[SI[30]*10+CO[60]*2+SQ[9]+RO[1.6]+FI[1.9]]\n"), [12.0]);
+    assert_eq!(of("X5\nGOTO 1 (on)\nX9\nN1 X6\n"), [5.0, 6.0]);
+    // The letter instead of the digit.
+    for text in ["GO1 X60.\nN1 X5\n", "GO X20.\n", "GOTO 1 X60.\nN1 X5\n"] {
+        let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+        let found = read(text.as_bytes(), Dialect::GCode, &settings()).unwrap_err();
+        let said = if text.contains("GOTO") { "target of GOTO" } else { "for G0 write the digit" };
+        assert!(found[0].what.contains(said), "{text}: {found:?}");
+    }
 }
 
 /// What is in no file that is read, the job may say.
