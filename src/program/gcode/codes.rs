@@ -457,8 +457,8 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     if !(has_axes || has_cycle_words || full_turn || pattern.is_some()) {
         let is_held = in_cycle && block.has_any(b"IJKL") && !(repeats || has_words_of_m);
         return if is_held {
-            Err("I, J, K or L without an axis in a drilling cycle: controllers differ in whether it \
-                 drills; write the axes, or G80 before it"
+            Err("I, J, K or L without an axis in a drilling cycle: controllers differ in whether \
+                 it drills; write the axes, or G80 before it"
                 .to_owned())
         } else {
             Ok(())
