@@ -20,6 +20,12 @@ const LN_LENGTH: [f64; 2] = [0.7, 1.0];
 /// ln ρ, the same.
 const LN_RATIO: [f64; 2] = [1.0, 3.0];
 
+/// Length of the steps of ln ρ and ln ℓ with which the best of the starts is chosen.
+const COARSE: f64 = 0.25;
+
+/// Of the last ones.
+const FINE: f64 = 0.05;
+
 /// Length of a joint that the table does not vary: what it does away from there is not known.
 const LENGTH_UNSEEN: f64 = 0.5;
 
@@ -177,14 +183,17 @@ impl Process {
             for ln_length in [0.0, 1.2] {
                 let mut start = vec![ln_length; seen.len() + 1];
                 start[0] = ln_ratio;
-                let found = lowest(start, &cost);
+                let found = lowest(start, [1.0, COARSE], &cost);
                 if found.0 < best.0 {
                     best = found;
                 }
             }
         }
-        let (_, at) = best;
-        let ratio = at.first()?.exp();
+        if !best.0.is_finite() {
+            return None;
+        }
+        let (_, at) = lowest(best.1, [COARSE, FINE], &cost);
+        let ratio = at[0].exp();
         Self::with(&of, axes, ratio, lengths(&at))
     }
 
@@ -225,13 +234,16 @@ impl Process {
     }
 }
 
-/// A minimum by steps along one coordinate after another, halved where none helps.
-fn lowest(mut at: Vec<f64>, cost: &dyn Fn(&[f64]) -> f64) -> (f64, Vec<f64>) {
-    const LAST_STEP: f64 = 0.05;
+/// A minimum by steps along one coordinate after another, from the one length on; where none helps,
+/// half of it, until it is not above the other.
+fn lowest(
+    mut at: Vec<f64>,
+    [mut step, last]: [f64; 2],
+    cost: &dyn Fn(&[f64]) -> f64,
+) -> (f64, Vec<f64>) {
     const BOUND: f64 = 9.0;
     let mut least = cost(&at);
-    let mut step = 1.0;
-    while step > LAST_STEP {
+    while step > last {
         let before = least;
         for i in 0..at.len() {
             for change in [step, -step] {

@@ -38,7 +38,7 @@ fn diagnosed(model: [f64; 2], folder: &Path) -> (Value, Robot) {
         "beta1_rad,beta2_rad,f1_hz,f2_hz,phi1_link_1,phi1_link_2,phi2_link_1,phi2_link_2\n",
     );
     let table = fs::read_to_string(two_link.join("simulated.csv")).unwrap();
-    for line in table.lines().filter(|line| line.starts_with("2.09")).step_by(2) {
+    for line in table.lines().filter(|line| line.starts_with("2.09")).step_by(3) {
         let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
         let [one, two] = rotations(model, [cells[2], cells[3]]);
         text += &format!("{line},{},{},{},{}\n", one[0], one[1], two[0], two[1]);

@@ -24,7 +24,9 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
     let mut sums = [0.0; SUMS];
     for (a, b) in a_parts.iter().zip(b_parts) {
-        sums = std::array::from_fn(|i| sums[i] + a[i] * b[i]);
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
     }
     sums.iter().sum::<f64>() + rest
 }
