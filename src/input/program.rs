@@ -321,6 +321,7 @@ fn settings(
         }),
         tool_frames: frames(context, path, "tool_frames", raw.tool_frames.as_ref(), notes),
         tool_names: context.tool_names.clone(),
+        tool_diameters_mm: context.tool_diameters_mm.clone(),
         base_frames: frames(context, path, "base_frames", raw.base_frames.as_ref(), notes),
         external_axes: context.external_axes.clone(),
         mechanical_units: mechanical_units(context, raw, path, notes),

@@ -39,6 +39,8 @@ pub(super) struct OperationContext<'c> {
     pub(super) assume: &'c BTreeMap<String, Assumed>,
     /// Numbers of the job's tools by their names.
     pub(super) tool_names: &'c BTreeMap<String, u32>,
+    /// Diameters of the job's tools by their numbers, mm; `None` is the only one.
+    pub(super) tool_diameters_mm: &'c BTreeMap<Option<u32>, f64>,
     /// The job's, where it states one for the whole operation, rev/min.
     pub(super) spindle_rpm: Option<f64>,
     /// Whether the spindle's speed follows the operation's time.

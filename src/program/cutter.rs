@@ -89,8 +89,10 @@ pub(super) struct Cutter<'a> {
     has_number: bool,
     pub(super) unit: UnitWatch,
     loaded: Option<u32>,
-    /// The number of the length that is compensated.
-    length: Option<u32>,
+    /// Another tool was loaded before.
+    is_second: bool,
+    /// A cut was refused whose tool nothing states.
+    is_unmeasured: bool,
 }
 
 impl<'a> Cutter<'a> {
@@ -112,7 +114,8 @@ impl<'a> Cutter<'a> {
             has_number: false,
             unit: UnitWatch::default(),
             loaded: None,
-            length: None,
+            is_second: false,
+            is_unmeasured: false,
         }
     }
 
@@ -139,6 +142,7 @@ impl<'a> Cutter<'a> {
 
     pub(super) fn line_to(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
         self.tell_turning(line, pace);
+        self.tell_unmeasured(line, pace);
         self.tell_start(line, pace);
         let pose = self.pose(to);
         self.log.motion(line, Target::Line(pose), self.tcp, pace);
@@ -157,6 +161,7 @@ impl<'a> Cutter<'a> {
     pub(super) fn arc(&mut self, line: usize, arc: &Arc, pace: Pace) -> Result<(), String> {
         let pieces = arc::pieces(arc)?;
         self.tell_turning(line, pace);
+        self.tell_unmeasured(line, pace);
         self.heading = arc::heading(arc, &pieces);
         let pace = match pace {
             Pace::Seconds(seconds) => Pace::Seconds(seconds / pieces.len() as f64),
@@ -338,6 +343,20 @@ impl<'a> Cutter<'a> {
         }
     }
 
+    /// A cut while nothing says which of the job's tools is in the spindle.
+    fn tell_unmeasured(&mut self, line: usize, pace: Pace) {
+        let is_measured = self.loaded.is_some() || self.settings.tcp.is_some();
+        if pace == Pace::Rapid || is_measured || self.settings.tool_frames.is_empty() {
+            return;
+        }
+        if !std::mem::replace(&mut self.is_unmeasured, true) {
+            let what = "cuts, and no number of a tool says which of path.program.tool_frames it \
+                        is: state the job's tcp, or the tool's name under tools, or have the \
+                        number written";
+            self.log.error(Code::Motion, line, what);
+        }
+    }
+
     /// A cut that completes the place is not on the path, which begins at its end. Where nothing
     /// was known before, that is where the program starts.
     fn tell_start(&mut self, line: usize, pace: Pace) {
@@ -355,7 +374,7 @@ impl<'a> Cutter<'a> {
 
     /// Whether another tool than one of this number is in the spindle, as far as it is known.
     pub(super) fn has_other_than(&self, number: f64) -> bool {
-        match self.loaded.filter(|_| self.has_number) {
+        match self.numbered() {
             Some(loaded) => f64::from(loaded) != number,
             None => self.named.is_some(),
         }
@@ -363,9 +382,6 @@ impl<'a> Cutter<'a> {
 
     pub(super) fn tool(&mut self, number: f64) -> Result<(), String> {
         let number = tool_number(number)?;
-        if !self.has_number || self.loaded != Some(number) {
-            self.length = None;
-        }
         self.has_number = true;
         self.log.tool(number);
         self.measure(number)
@@ -373,7 +389,7 @@ impl<'a> Cutter<'a> {
 
     /// The tool centre point of a tool; 0 is none.
     fn measure(&mut self, number: u32) -> Result<(), String> {
-        self.loaded = Some(number);
+        self.is_second |= self.loaded.replace(number).is_some_and(|before| before != number);
         let frames = &self.settings.tool_frames;
         let own = frames.get(&number).or(self.settings.tcp.as_ref());
         if own.is_none() && number != 0 && !frames.is_empty() {
@@ -386,23 +402,29 @@ impl<'a> Cutter<'a> {
         Ok(())
     }
 
-    /// A length by its number, as G43 H has it: of the tool that is loaded, or of one without a
-    /// number of its own.
-    pub(super) fn length(&mut self, line: usize, number: f64) -> Result<(), String> {
-        let number = tool_number(number)?;
-        if number == 0 {
-            return Ok(());
-        }
-        if !self.has_number {
-            self.measure(number)?;
-        } else if let Some(before) = self.length.filter(|before| *before != number) {
-            let what = format!(
-                "length {number} behind length {before} of one tool: the tcp stays the same"
-            );
-            self.log.warning(Code::ChangeIgnored, line, what);
-        }
-        self.length = Some(number);
-        Ok(())
+    /// While no tool has a number, a length stands for its tool by its own: H, or an edge (D) under
+    /// whose number the job measures a tool.
+    pub(super) fn measure_length(&mut self, number: u32, is_edge: bool) -> Result<(), String> {
+        let is_tool = !is_edge || self.settings.tool_frames.contains_key(&number);
+        if is_tool && !self.has_number { self.measure(number) } else { Ok(()) }
+    }
+
+    /// The tool that is loaded, if the program gives its number.
+    pub(super) fn numbered(&self) -> Option<u32> {
+        self.loaded.filter(|_| self.has_number)
+    }
+
+    /// The same, or the number of the length that stands for it.
+    pub(super) fn loaded(&self) -> Option<u32> {
+        self.loaded
+    }
+
+    /// The diameter of the tool in the spindle, mm, as the job states it; where it states that of
+    /// one tool, that is the first.
+    pub(super) fn diameter_mm(&self) -> Option<f64> {
+        let all = &self.settings.tool_diameters_mm;
+        let own = self.loaded.and_then(|number| all.get(&Some(number)));
+        own.or_else(|| all.get(&None).filter(|_| !self.is_second)).copied()
     }
 
     /// The number of a tool that the job lists by its name.

@@ -54,6 +54,8 @@ pub struct Settings {
     pub tool_frames: BTreeMap<u32, Isometry3<f64>>,
     /// Heidenhain, Sinumerik: numbers of tools that the program calls by these names.
     pub tool_names: BTreeMap<String, u32>,
+    /// G-code: diameters of tools by number, mm; `None` is the job's only tool.
+    pub tool_diameters_mm: BTreeMap<Option<u32>, f64>,
     /// KRL, Fanuc: bases and user frames in the robot's base frame, by number.
     pub base_frames: BTreeMap<u32, Isometry3<f64>>,
     /// Joints of the robot that the program moves as external axes, by the axis's name in lower
@@ -91,6 +93,7 @@ impl Default for Settings {
             arguments: Vec::new(),
             tool_frames: BTreeMap::new(),
             tool_names: BTreeMap::new(),
+            tool_diameters_mm: BTreeMap::new(),
             base_frames: BTreeMap::new(),
             external_axes: BTreeMap::new(),
             mechanical_units: BTreeMap::new(),

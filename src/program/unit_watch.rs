@@ -16,6 +16,10 @@ const SLOW: f64 = 60.0;
 /// The same of small parts.
 const MODERATE: f64 = 200.0;
 
+/// Whole numbers of lengths from here on are micrometres to some controls, where they stand without
+/// a decimal point.
+const LONG_WITHOUT_POINT: f64 = 1000.0;
+
 /// Numbers of moves while no unit is stated.
 #[derive(Debug, Default)]
 pub(super) struct UnitWatch {
@@ -29,6 +33,10 @@ pub(super) struct UnitWatch {
     feed: Option<f64>,
     /// Inches are stated behind the first move.
     is_late: bool,
+    /// Whether a whole number stands with a decimal point, and the first line where a long one
+    /// stands without, whatever states the unit.
+    has_point: bool,
+    without_point: Option<usize>,
 }
 
 impl UnitWatch {
@@ -63,6 +71,26 @@ impl UnitWatch {
         }
         let is_fine = |value: f64| (value * 1e3 - (value * 1e3).round()).abs() > 1e-3;
         self.is_fine |= written.into_iter().any(is_fine);
+    }
+
+    /// A length as it is written.
+    pub(super) fn writes(&mut self, line: usize, value: f64, has_point: bool) {
+        self.has_point |= has_point && value.fract() == 0.0;
+        if !has_point && value.abs() >= LONG_WITHOUT_POINT {
+            self.without_point.get_or_insert(line);
+        }
+    }
+
+    /// At the end of a program of G-code: posts write whole numbers either with a point or without.
+    pub(super) fn tell_without_point(&self, log: &mut Log) {
+        if let Some(line) = self.without_point.filter(|_| self.has_point) {
+            let what = format!(
+                "X, Y or Z has a whole number of {LONG_WITHOUT_POINT} or more without a decimal \
+                 point, and others have one: it is taken as any other number; Fanuc and Haas may \
+                 count it in 0.001 mm or 0.0001 inch; write the point"
+            );
+            log.warning(Code::UnitAssumed, line, what);
+        }
     }
 
     /// A feed a minute.

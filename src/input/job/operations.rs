@@ -18,7 +18,7 @@ use crate::formats::yaml::{Node, Step};
 use crate::job::{Operation, Spindle, SpindleSpeed, Tool, stretch_of};
 use crate::motion::Move;
 use crate::notes::{Code, Note, Place};
-use crate::units::m_per_s_from_mm_per_min;
+use crate::units::{m_per_s_from_mm_per_min, mm_from_m};
 use crate::wording::plain;
 
 /// Keys of the speed.
@@ -89,6 +89,10 @@ impl<'j> Reader<'j> {
         let start_near = self.start_near(raw, node, called);
         let (external_axes, assume) = (self.external_axes.clone(), self.assume());
         let tool_names = self.tool_names();
+        let numbered = self.tools.iter().map(|(number, (_, tool))| (Some(*number), tool));
+        let tools = numbered.chain(tool.map(|tool| (None, tool)));
+        let tool_diameters_mm =
+            tools.filter_map(|(of, tool)| Some((of, mm_from_m(tool.diameter_m?)))).collect();
         let operation = OperationContext {
             called,
             job: self.path,
@@ -100,6 +104,7 @@ impl<'j> Reader<'j> {
             external_axes: &external_axes,
             assume: &assume,
             tool_names: &tool_names,
+            tool_diameters_mm: &tool_diameters_mm,
             spindle_rpm: raw.spindle_rpm,
             is_scheduled: raw.spindle_schedule.is_some(),
         };

@@ -1,11 +1,12 @@
 //! `PR[1]=P[2]+PR[3]`, `PR[1,3]=R[4]+5`, `PR[5]=LPOS`: what position registers are set to.
 
 use super::motion::{elements, group_of};
-use super::position::{Held, JOINTS, element_of};
+use super::position::{Held, JOINTS, element_of, joints_by_job, places_by_job};
 use super::registers::OF_A_GROUP;
 use super::run::Run;
 use super::text::Group;
-use super::words::{bare, brackets, split_outside, starts_with};
+use super::vision::is_offset;
+use super::words::{bare, brackets, name_length, split_outside, starts_with};
 
 impl Run<'_> {
     /// Sets a position register or an element of one: what cannot be worked out is unknown.
@@ -17,7 +18,11 @@ impl Run<'_> {
         let value = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
         let Some((number, index)) = split_outside(inside, ",") else {
             let number = self.registers.whole(inside)?;
-            let held = bare(value).and_then(|value| self.sum(value));
+            let held = bare(value).and_then(|value| {
+                let held = self.sum(value)?;
+                let is_alone = name_length(value) == value.len();
+                Ok(if is_alone { self.as_the_job_says(number, value, held) } else { held })
+            });
             let held = held.unwrap_or_else(|why| Held::unknown(None, &why));
             self.registers.set_position(number, held);
             return Ok(());
@@ -44,6 +49,37 @@ impl Run<'_> {
                 true
             }
         }
+    }
+
+    /// What only the run knows of vision, and of LPOS and JPOS before the first move, is what the
+    /// job says of the register that is set to it. Behind a move the program says about where the
+    /// arm is, and the job may mean another place.
+    fn as_the_job_says(&self, number: i64, value: &str, held: Held) -> Held {
+        let is_vision = starts_with(value, "VR[");
+        let are_joints = starts_with(value, "JPOS");
+        let is_start = (are_joints || starts_with(value, "LPOS")) && !self.log.has_moved();
+        if held.is_known() || !(is_vision || is_start) {
+            return held;
+        }
+        let name = format!("PR[{number}]");
+        let given = |of: &str| self.registers.given(&of.to_lowercase());
+        let all = self.registers.position_of_job(number, given);
+        let once = |of: &str| self.registers.given_once(&of.to_lowercase());
+        let left = self.registers.position_of_job(number, once);
+        let hint = if left != all {
+            format!(
+                "; what assume: in the job gives of {name} has served before, and serves once: in \
+                 the file that is checked set its elements to numbers here"
+            )
+        } else if is_vision && is_offset(value) {
+            // Of an offset the register of vision says more.
+            String::new()
+        } else if are_joints {
+            format!("; {}", joints_by_job(&name))
+        } else {
+            format!("; {}", places_by_job(&name))
+        };
+        held.completed(&left, &hint)
     }
 
     /// Positions added and subtracted: `LPOS-LPOS`, `PR[1]+P[R[2]]`.
@@ -79,6 +115,9 @@ impl Run<'_> {
             let held = self.registers.position(number).named(&name, &hint);
             return Ok((name, held, rest));
         }
+        if let Some(found) = self.vision_position(text)? {
+            return Ok(found);
+        }
         if let Some((number, rest)) = self.registers.numbered(text, "P")? {
             return Ok((format!("P[{number}]"), Held::of(&self.taught(number)?), rest));
         }
@@ -94,10 +133,18 @@ impl Run<'_> {
         }
         for (name, are_joints) in [("LPOS", false), ("JPOS", true)] {
             if starts_with(text, name) {
+                let behind = text.get(name.len()..).unwrap_or("");
                 let found = if are_joints { self.joints_now() } else { self.pose_now() };
-                let held = found.map(|group| Held::of(&group));
-                let held = held.unwrap_or_else(|why| Held::unknown(Some(are_joints), &why));
-                return Ok((name.to_owned(), held, text.get(name.len()..).unwrap_or("")));
+                let held = found.map(|group| Held::of(&group)).unwrap_or_else(|mut why| {
+                    if !self.log.has_moved() && !behind.trim().is_empty() {
+                        why.push_str(&format!(
+                            "; in the file that is checked set a PR[n] to {name} alone and add to \
+                             that: then assume: {{\"PR[n,1]\": …, …}} in the job can give it"
+                        ));
+                    }
+                    Held::unknown(Some(are_joints), &why)
+                });
+                return Ok((name.to_owned(), held, behind));
             }
         }
         Err(format!("'{}' is not read as a position", text.trim_end()))

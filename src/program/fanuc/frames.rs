@@ -1,6 +1,6 @@
 //! `UFRAME[9]=PR[9]`, `UTOOL[9]=PR[9]`: frames that the program sets itself; those that are chosen.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, UnitQuaternion};
 
 use super::motion::{pose, six};
 use super::position::{JOINTS, POSE};
@@ -24,6 +24,8 @@ impl Run<'_> {
         let unread = |_| Err(format!("{list}[{number}] {BEHIND_ERROR}"));
         self.frames.insert((list, number), known.clone().or_else(unread));
         known?;
+        // Which one a condition that names it takes is not known.
+        self.offsets.retain(|own, condition| *own != list || condition.axes_of != Some(number));
         if self.frame_of_job(list, number).is_some() {
             let what = format!("the program sets {list}[{number}]: the job's is not used there");
             self.log.warning(Code::FrameFromProgram, line, what);
@@ -129,6 +131,21 @@ impl Run<'_> {
             _ => &self.settings.base_frames,
         };
         frames.get(&number).copied()
+    }
+
+    /// How the axes of the frame or tool that is named stand in the one that is chosen, `own`.
+    pub(super) fn turned_from(
+        &self,
+        list: &'static str,
+        named: Option<u32>,
+        (own, chosen): (Option<u32>, &Isometry3<f64>),
+    ) -> Result<UnitQuaternion<f64>, String> {
+        let named = match named.filter(|_| named != own) {
+            None => return Ok(UnitQuaternion::identity()),
+            Some(0) if list == "UFRAME" => self.base_of(Some(0))?,
+            Some(named) => self.frame_given(list, i64::from(named))?,
+        };
+        Ok(chosen.rotation.inverse() * named.rotation)
     }
 
     /// A frame that the program has set, or that the job gives by its number.

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::pace::NO_TURN_RAD;
-use super::position::{Held, JOINTS, POSE, axes, element_of, places_by_job};
+use super::position::{Held, JOINTS, OffsetCondition, POSE, axes, element_of, places_by_job};
 use super::run::{BEHIND_ERROR, Run, unstopped};
 use super::text::{Group, Statement};
 use super::words::{split_action, starts_with, word};
@@ -35,12 +35,25 @@ enum Place {
 }
 
 /// What `Offset,PR[n]` and `Tool_Offset,PR[n]` shift a target by: along the axes of the frame, and
-/// of the tool, m; and whether the target is itself a shift, `INC`.
+/// of the tool, m; the frame and the tool whose axes these are, if not those of the target; and
+/// whether the target is itself a shift, `INC`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Shift {
     frame: Vector3<f64>,
     tool: Vector3<f64>,
+    of: [Option<u32>; 2],
     is_from_before: bool,
+}
+
+/// The frames whose axes `Offset` and `Tool_Offset` shift along.
+fn list_of(option: &str) -> &'static str {
+    if option.starts_with(['T', 't']) { "UTOOL" } else { "UFRAME" }
+}
+
+impl Shift {
+    fn is_none(&self) -> bool {
+        *self == Self { of: self.of, ..Self::default() }
+    }
 }
 
 impl Run<'_> {
@@ -94,15 +107,22 @@ impl Run<'_> {
         let (term, options) = rest.split_at(word(rest).len());
         let line = statement.line;
         let (shift, actions) = self.options(line, options)?;
-        if let (false, Some(group)) = (shift == Shift::default(), &last) {
-            let base = self.base_of(group.frame.or(self.frame))?;
+        let turn = self.ways_to(places.last(), &tcp).map(|[turn, _]| turn);
+        self.tell_wrist(line, kind, options, (last.as_ref(), turn));
+        if let (false, Some(group)) = (shift.is_none(), &last) {
+            let frame = group.frame.or(self.frame);
+            let base = self.base_of(frame)?;
             let (false, [Place::Pose(place)]) = (kind == "A", places.as_mut_slice()) else {
                 return Err(unshifted(kind, &shift));
             };
             if shift.is_from_before {
                 *place = self.counted_from_before(place, &base, &tcp, group)?;
             }
-            let [frame, tool] = [shift.frame, shift.tool].map(Translation3::from);
+            let tool = group.tool.or(self.tool).unwrap_or(0);
+            let in_frame = self.turned_from("UFRAME", shift.of[0], (frame, &base))?;
+            let in_tool = self.turned_from("UTOOL", shift.of[1], (Some(tool), &tcp))?;
+            let [frame, tool] =
+                [in_frame * shift.frame, in_tool * shift.tool].map(Translation3::from);
             *place = base * frame * base.inverse() * *place * tool;
         }
         if kind != "J" {
@@ -384,6 +404,37 @@ impl Run<'_> {
         }));
     }
 
+    /// Tells of what turns the wrist otherwise than the position and the kind of motion say;
+    /// `turn` is by how much the tool turns on the way, rad, where that is known.
+    fn tell_wrist(
+        &mut self,
+        line: usize,
+        kind: &str,
+        options: &str,
+        (to, turn): (Option<&Group>, Option<f64>),
+    ) {
+        let words = options.split([' ', '\t', ',']);
+        let has = |name| words.clone().any(|own| own.eq_ignore_ascii_case(name));
+        // The path starts where the first of all moves ends.
+        if !self.log.has_moved() {
+            return;
+        }
+        if kind != "J" && has("Wjnt") {
+            let what = "Wjnt: on the way J4 to J6 go as in a joint move, which is not read: the \
+                        tool is taken to turn evenly, as without Wjnt";
+            self.log.warning(Code::AxisIgnored, line, what);
+        }
+        if kind == "J" && has("MROT") && to.is_some_and(|to| to.config.is_some()) {
+            self.log.configure(None);
+            if turn.is_some_and(|turn| turn < NO_TURN_RAD) {
+                return;
+            }
+            let what = "MROT: the arm is taken to go the shorter way, whatever the turn numbers of \
+                        CONFIG say; a position in joints says where the wrist ends";
+            self.log.warning(Code::AxisIgnored, line, what);
+        }
+    }
+
     fn resolve(&mut self, line: usize, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
         let tool = group.tool.or(self.tool);
         let is_given = !self.settings.tool_frames.is_empty() && self.settings.tcp.is_none();
@@ -441,11 +492,11 @@ impl Run<'_> {
             let (own, behind) = rest.split_at(word(rest).len());
             let upper = own.to_ascii_uppercase();
             if upper.starts_with("OFFSET") || upper.starts_with("TOOL_OFFSET") {
-                let (by, behind) = self.shift(line, rest)?;
+                let (by, of, behind) = self.shift(line, rest)?;
                 if upper.starts_with('T') {
-                    shift.tool = by;
+                    (shift.tool, shift.of[1]) = (by, of);
                 } else {
-                    shift.frame = by;
+                    (shift.frame, shift.of[0]) = (by, of);
                 }
                 rest = behind.trim_start();
             } else if upper.starts_with("VOFFSET") {
@@ -466,6 +517,13 @@ impl Run<'_> {
             } else if upper == "INC" {
                 shift.is_from_before = true;
                 rest = behind.trim_start();
+            } else if upper.starts_with("SKIP") {
+                return Err(format!(
+                    "{own}: SKIP CONDITION may end the move before its target, at a place that \
+                     only the run knows; in the file that is checked write the move to where it \
+                     ends, without {}",
+                    own.split(',').next().unwrap_or(own)
+                ));
             } else {
                 return Err(format!("'{own}' behind the target is not understood"));
             }
@@ -473,48 +531,62 @@ impl Run<'_> {
         Ok((shift, actions))
     }
 
-    /// `OFFSET CONDITION PR[1]`, `TOOL_OFFSET CONDITION PR[1]`: what a bare `Offset` or
-    /// `Tool_Offset` shifts by from here on.
+    /// `OFFSET CONDITION PR[1]`, `TOOL_OFFSET CONDITION PR[1],UTOOL[2]`: what a bare `Offset` or
+    /// `Tool_Offset` shifts by from here on, and along whose axes.
     pub(super) fn set_offset(&mut self, text: &str) -> Result<(), String> {
         let (own, by) = text.split_once(' ').unwrap_or((text, ""));
-        let place = usize::from(own.starts_with('T'));
-        self.offsets[place] = None;
+        let list = list_of(own);
+        self.offsets.remove(list);
         let by = by.trim_start().strip_prefix("CONDITION").map_or("", str::trim_start);
-        match self.registers.numbered(by, "PR")? {
-            Some((number, behind)) if behind.trim().is_empty() => {
-                self.offsets[place] = Some((number, self.registers.position(number)));
-                Ok(())
-            }
-            // UFRAME[n] behind it is another frame than the one that is chosen.
-            _ => Err(format!("'{text}' is not read: expected {own} CONDITION PR[n]")),
-        }
+        let unread = || {
+            format!(
+                "'{text}' is not read: expected {own} CONDITION PR[n] or {own} CONDITION \
+                 PR[n],{list}[m]"
+            )
+        };
+        let (register, behind) = self.registers.numbered(by, "PR")?.ok_or_else(unread)?;
+        let behind = behind.trim_start().trim_start_matches(',').trim();
+        let axes_of = match self.registers.numbered(behind, list)? {
+            None if behind.is_empty() => None,
+            Some((of, "")) => Some(u32::try_from(of).map_err(|_| unread())?),
+            _ => return Err(unread()),
+        };
+        let held = self.registers.position(register);
+        self.offsets.insert(list, OffsetCondition { register, held, axes_of });
+        Ok(())
     }
 
-    /// The register of the condition that holds. Whether the controller takes what it held there
-    /// or what it holds now is told apart by a change alone.
-    fn offset_of_condition(&self, shown: &str) -> Result<i64, String> {
+    /// The register of the condition that holds, and the frame or tool that it names. Whether the
+    /// controller takes what it held there or what it holds now is told apart by a change alone.
+    fn offset_of_condition(&self, shown: &str) -> Result<(i64, Option<u32>), String> {
         let own = shown.to_uppercase();
-        let condition = &self.offsets[usize::from(own.starts_with('T'))];
-        let (number, held) = condition
-            .as_ref()
+        let condition = self.offsets.get(list_of(shown));
+        let OffsetCondition { register, held, axes_of } = condition
             .ok_or_else(|| format!("{shown} stands behind no {own} CONDITION that is read"))?;
-        if self.registers.position(*number) != *held {
+        if self.registers.position(*register) != *held {
             return Err(format!(
-                "PR[{number}] has changed since {own} CONDITION: which value {shown} takes is not \
-                 read"
+                "PR[{register}] has changed since {own} CONDITION: which value {shown} takes is \
+                 not read"
             ));
         }
-        Ok(*number)
+        Ok((*register, *axes_of))
     }
 
-    /// What `Offset,PR[1]` shifts by, m, and what follows.
-    fn shift<'t>(&mut self, line: usize, text: &'t str) -> Result<(Vector3<f64>, &'t str), String> {
+    /// What `Offset,PR[1]` shifts by, m, along whose axes, and what follows.
+    fn shift<'t>(
+        &mut self,
+        line: usize,
+        text: &'t str,
+    ) -> Result<(Vector3<f64>, Option<u32>, &'t str), String> {
         let shown = text.split([' ', '\t', ',']).next().unwrap_or("");
         let behind = text.get(shown.len()..).unwrap_or("");
-        let (number, behind) = match behind.trim_start().strip_prefix(',') {
-            Some(by) => self.registers.numbered(by.trim_start(), "PR")?.ok_or_else(|| {
-                format!("{shown} shifts the target by what is not PR[n], and is not read")
-            })?,
+        let ((number, of), behind) = match behind.trim_start().strip_prefix(',') {
+            Some(by) => {
+                let found = self.registers.numbered(by.trim_start(), "PR")?.ok_or_else(|| {
+                    format!("{shown} shifts the target by what is not PR[n], and is not read")
+                })?;
+                ((found.0, None), found.1)
+            }
             None => (self.offset_of_condition(shown)?, behind),
         };
         let name = format!("PR[{number}]");
@@ -541,7 +613,7 @@ impl Run<'_> {
         if let Some((axis, _)) = axes(&group).find(|(_, value)| *value != 0.0) {
             return Err(format!("{shown} shifts external axis {axis}, which is not read"));
         }
-        Ok((Vector3::new(by[0], by[1], by[2]).map(m_from_mm), behind))
+        Ok((Vector3::new(by[0], by[1], by[2]).map(m_from_mm), of, behind))
     }
 }
 

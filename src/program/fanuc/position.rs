@@ -12,6 +12,15 @@ pub(super) const JOINTS: [&str; 6] = ["j1", "j2", "j3", "j4", "j5", "j6"];
 /// The external axes of the arm's own group: elements 7 to 9.
 const AXES: [&str; 3] = ["e1", "e2", "e3"];
 
+/// What a bare `Offset` or `Tool_Offset` shifts by.
+pub(super) struct OffsetCondition {
+    /// n of PR[n], and what that held there.
+    pub(super) register: i64,
+    pub(super) held: Held,
+    /// The frame or tool that is named there.
+    pub(super) axes_of: Option<u32>,
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Held {
     /// J1 to J6 or X to R; `None` where the program sets elements of what only the controller
@@ -80,6 +89,10 @@ impl Held {
         self.is_set
     }
 
+    pub(super) fn is_known(&self) -> bool {
+        self.elements.iter().all(Result::is_ok)
+    }
+
     /// Whether nothing says that the elements are not joints.
     pub(super) fn is_of_unknown_kind(&self) -> bool {
         self.are_joints.is_none()
@@ -125,6 +138,17 @@ impl Held {
         self.set(index, Ok(value))
     }
 
+    /// The same with what the job says of the elements that are not known; `hint` is what helps
+    /// where it says nothing.
+    pub(super) fn completed(mut self, job: &Self, hint: &str) -> Self {
+        for (at, own) in self.elements.iter_mut().enumerate() {
+            let Err(why) = &*own else { continue };
+            let given = job.elements[at].clone().map_err(|_| format!("{why}{hint}"));
+            (*own, self.assumed[at]) = (given, job.assumed[at]);
+        }
+        self
+    }
+
     /// What is left of it, or of one element, where another may have set it: what is as the job
     /// has it, and else what `given` says of an element, by its number from 1.
     pub(super) fn left(
@@ -144,8 +168,7 @@ impl Held {
                 (left.elements[at], left.assumed[at]) = (given(index), false);
             }
         }
-        let is_of_job = left.elements.iter().all(Result::is_ok) && only.is_none();
-        if is_of_job {
+        if left.is_known() && only.is_none() {
             left.are_joints = Some(false);
         }
         left
@@ -250,12 +273,17 @@ pub(super) fn element_of(name: &str, index: i64) -> String {
 
 /// What the job can say of a register that the program does not set.
 pub(super) fn places_by_job(name: &str) -> String {
-    format!(
-        "assume: {{\"{}\": …, …, \"{}\": …}} in the job gives the place: X, Y, Z in mm, W, P, R in \
-         degrees",
-        element_of(name, 1),
-        element_of(name, 6)
-    )
+    format!("{}: X, Y, Z in mm, W, P, R in degrees", six_by_job(name))
+}
+
+/// The same of a register that the program sets to joints.
+pub(super) fn joints_by_job(name: &str) -> String {
+    format!("{}: J1 to J6 in degrees", six_by_job(name))
+}
+
+fn six_by_job(name: &str) -> String {
+    let [first, last] = [1, 6].map(|index| element_of(name, index));
+    format!("assume: {{\"{first}\": …, …, \"{last}\": …}} in the job gives the place")
 }
 
 /// The external axes that a position places.

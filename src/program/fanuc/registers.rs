@@ -179,9 +179,15 @@ impl<'a> Registers<'a> {
     }
 
     /// What the job says of a name, in lower case, whether or not it still holds.
-    fn given(&self, name: &str) -> Option<Assumed> {
+    pub(super) fn given(&self, name: &str) -> Option<Assumed> {
         let assume = &self.settings.assume;
         assume.get(name).or_else(|| assume.get(&without_comment(name))).copied()
+    }
+
+    /// What the job says of a name, in lower case, if that has not served before: now it has.
+    pub(super) fn given_once(&self, name: &str) -> Option<Assumed> {
+        let is_first = self.started.borrow_mut().insert(name.to_owned());
+        self.given(name).filter(|_| is_first)
     }
 
     /// Why a name, in lower case, is known no longer.
@@ -429,17 +435,16 @@ impl<'a> Registers<'a> {
     pub(super) fn position(&self, number: i64) -> Held {
         match self.positions.get(&number) {
             Some(held) => Held::clone(held),
-            None => self.assumed_position(number),
+            None => self.position_of_job(number, |name| self.assumed(name)),
         }
     }
 
-    /// What the job says of PR[n], which the program has not set: its elements, `PR[n,3]`, or that
-    /// all others are zero.
-    fn assumed_position(&self, number: i64) -> Held {
-        self.position_of_job(number, |name| self.assumed(name))
-    }
-
-    fn position_of_job(&self, number: i64, given: impl Fn(&str) -> Option<Assumed>) -> Held {
+    /// What the job says of PR[n]: its elements, `PR[n,3]`, or that all others are zero.
+    pub(super) fn position_of_job(
+        &self,
+        number: i64,
+        given: impl Fn(&str) -> Option<Assumed>,
+    ) -> Held {
         let is_zero = given(&format!("PR[{number}]")) == Some(Assumed::Number(0.0));
         let mut held = if is_zero { Held::assumed_zero() } else { Held::unset() };
         for index in 1..=POSE.len() as i64 {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::position::{Held, places_by_job};
+use super::position::{OffsetCondition, places_by_job};
 use super::registers::{Asked, Registers, State};
 use super::text::{Source, Statement, is_dashed_remark, is_motion};
 use super::words::{brackets, register, split_outside, starts_with};
@@ -103,8 +103,8 @@ pub(super) struct Run<'a> {
     pub(super) over: Result<f64, String>,
     /// The line of LINEAR_MAX_SPEED and its value, mm/s, where that is known.
     pub(super) limit: Option<(usize, Option<f64>)>,
-    /// PR[n] of OFFSET CONDITION and of TOOL_OFFSET CONDITION, with what it held there.
-    pub(super) offsets: [Option<(i64, Held)>; 2],
+    /// Of OFFSET CONDITION under UFRAME, of TOOL_OFFSET CONDITION under UTOOL.
+    pub(super) offsets: HashMap<&'static str, OffsetCondition>,
     pub(super) external: External,
     /// Frame and tool of the last target that has a number of its own.
     pub(super) of_target: [Option<u32>; 2],
@@ -153,7 +153,7 @@ impl<'a> Run<'a> {
             config: None,
             over: Ok(1.0),
             limit: None,
-            offsets: [None, None],
+            offsets: HashMap::new(),
             external: External::new(settings),
             of_target: [None; 2],
             axes: BTreeMap::new(),

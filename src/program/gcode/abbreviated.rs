@@ -1,9 +1,9 @@
 //! Words of Fanuc's macros, which may be cut down to their first two letters: `WH[#1 LT 3] DO1`
 //! (Fanuc, Series 0i Operator's Manual, "Custom macro", "Abbreviation").
 
-const WORDS: [&str; 19] = [
+const WORDS: [&str; 21] = [
     "WHILE", "GOTO", "THEN", "END", "AND", "XOR", "MOD", "SIN", "COS", "TAN", "ASIN", "ACOS",
-    "ATAN", "SQRT", "ABS", "ROUND", "EXP", "FIX", "FUP",
+    "ATAN", "SQRT", "ABS", "ROUND", "EXP", "FIX", "FUP", "BIN", "BCD",
 ];
 
 /// The whole of a word in upper case that may be cut; others stay.

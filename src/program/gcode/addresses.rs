@@ -3,9 +3,10 @@
 
 use super::block::{
     ANGLE, BLOCK_FEED, Block, CHAMFER_LENGTH, CHAMFERED, Counts, DIRECTION, LIMIT, Lexer,
-    ON_THE_WAY, OPENING, POLAR_ANGLE, POLAR_RADIUS, RADIUS, ROUNDED, TURNS, Word, add,
+    ON_THE_WAY, OPENING, PLANE_TURN, POLAR_ANGLE, POLAR_RADIUS, RADIUS, ROUNDED, TURNS, Word, add,
 };
-use super::expression::{Key, Reader};
+use super::expression::Reader;
+use super::parameters::Key;
 use super::variables;
 
 impl Lexer<'_> {
@@ -20,9 +21,7 @@ impl Lexer<'_> {
             |from: usize| bytes.get(from..).is_some_and(|d| d.iter().all(u8::is_ascii_digit));
         if bytes.first() == Some(&b'R') && bytes.len() > 1 && digits(1) {
             let key = Key::Name(name.to_ascii_lowercase());
-            let (value, span) = self.computed(block, Reader::expression)?;
-            block.sets.push((key, value, span));
-            return Ok(());
+            return self.set(key, block);
         }
         let key = Key::Name(name.to_ascii_lowercase());
         let letter = match name {
@@ -38,6 +37,9 @@ impl Lexer<'_> {
             "RP" => POLAR_RADIUS,
             "ANG" => ANGLE,
             "FB" => BLOCK_FEED,
+            "RPL" if block.names.iter().any(|(own, _)| matches!(&own[..], "ROT" | "AROT")) => {
+                PLANE_TURN
+            }
             "LIMS" => LIMIT,
             "AR" => OPENING,
             "I1" => ON_THE_WAY[0],
@@ -63,9 +65,7 @@ impl Lexer<'_> {
                 if !name.starts_with('_') && !self.parameters.knows(&key) {
                     return Err(format!("'{name}=' is not understood"));
                 }
-                let (value, span) = self.computed(block, Reader::expression)?;
-                block.sets.push((key, value, span));
-                return Ok(());
+                return self.set(key, block);
             }
         };
         if self.parameters.is_sinumerik() && self.parameters.held(&key).is_some() {
@@ -95,7 +95,9 @@ impl Lexer<'_> {
         if counts != Counts::AsModal {
             self.at += rest.find('(').unwrap_or(2);
             let (value, _) = self.computed(block, Reader::primary)?;
-            return add(block, Word { letter, value, span: None, counts, has_point: true });
+            let word =
+                Word { letter, value, span: None, counts, has_point: true, is_computed: true };
+            return add(block, word);
         }
         let (value, span) = match self.computed(block, Reader::expression) {
             // Where the machine goes, the program does not say in any case.
@@ -105,7 +107,7 @@ impl Lexer<'_> {
             }
             found => found?,
         };
-        add(block, Word { letter, value, span, counts, has_point: true })
+        add(block, Word { letter, value, span, counts, has_point: true, is_computed: true })
     }
 
     /// Whether the block's places are those of the machine.
@@ -125,9 +127,7 @@ impl Lexer<'_> {
         let at = self.at + length;
         let (key, at) = variables::element(name, self.bytes, at, self.parameters)?;
         self.at = at;
-        let (value, span) = self.computed(block, Reader::expression)?;
-        block.sets.push((key, value, span));
-        Ok(())
+        self.set(key, block)
     }
 
     /// `$AC_TIMER[1]=0`: a variable of the control.

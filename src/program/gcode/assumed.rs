@@ -5,9 +5,13 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::ops::RangeInclusive;
 
+use crate::notes::Code;
 use crate::program::Assumed;
 use crate::program::log::Log;
 use crate::program::unread::{names, tell_unheeded};
+
+/// LinuxCNC: of the tool that is in the spindle.
+pub(super) const DIAMETER: i64 = 5410;
 
 /// Those of Fanuc's that hold for all programs.
 const COMMON: RangeInclusive<u32> = 100..=999;
@@ -86,6 +90,14 @@ impl Given {
         };
         for key in all.keys().filter(|key| !self.read.borrow().contains(*key)) {
             let Some(line) = lines.iter().position(|(_, line)| names(line, key)) else { continue };
+            if !is_sinumerik && *key == format!("#{DIAMETER}") {
+                let what = format!(
+                    "{key} is the tool's diameter, which tool.diameter_mm in the job states: leave \
+                     it out of assume"
+                );
+                log.error(Code::Conflict, line + 1, what);
+                continue;
+            }
             let other = (!may_be_assumed(key, is_sinumerik)).then_some(may_be);
             tell_unheeded(log, line + 1, key, other);
         }

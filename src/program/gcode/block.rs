@@ -1,6 +1,7 @@
 //! A line of G-code → its words, with the places of their numbers.
 
-use super::expression::{Key, NOT_SET, Parameters, Reader, not_vacant};
+use super::expression::{Reader, not_vacant};
+use super::parameters::{Key, NOT_SET, Parameters, Set};
 use super::variables;
 use crate::program::span::Span;
 
@@ -21,6 +22,8 @@ pub(super) const POLAR_RADIUS: u8 = b'q';
 pub(super) const ANGLE: u8 = b'g';
 /// LIMS=: the most that the spindle may turn.
 pub(super) const LIMIT: u8 = b'l';
+/// RPL=: how far ROT and AROT turn the work in the plane.
+pub(super) const PLANE_TURN: u8 = b't';
 /// FB=: the feed of this block alone.
 pub(super) const BLOCK_FEED: u8 = b'e';
 /// AR=: the opening angle of an arc.
@@ -48,6 +51,7 @@ pub(super) struct Word {
     pub(super) counts: Counts,
     /// Written with a decimal point; what is computed has none.
     pub(super) has_point: bool,
+    pub(super) is_computed: bool,
 }
 
 /// The words of a block in order.
@@ -60,8 +64,9 @@ pub(super) struct Block {
     pub(super) mark: bool,
     /// Names of Sinumerik and the like, with what stands in their parentheses.
     pub(super) names: Vec<(String, String)>,
-    /// What is set when the block has been read.
-    pub(super) sets: Vec<(Key, f64, Option<Span>)>,
+    /// What is set when the block has been read; not a number where that is a vacant parameter, or
+    /// what cannot be read.
+    pub(super) sets: Vec<Set>,
     /// Why H, which gives a length beside G43 or G44, is not known.
     pub(super) unset_length: Option<String>,
 }
@@ -92,9 +97,20 @@ impl Block {
         codes.map(|word| (word.value * 10.0).round() as i64)
     }
 
+    /// Whether the length of a tool counts from here on.
+    pub(super) fn compensates(&self) -> bool {
+        self.codes('G').any(|code| matches!(code, 430 | 434 | 440))
+    }
+
     /// Whether it holds one name so far, behind its number.
     fn is_label(&self) -> bool {
         self.names.len() == 1 && self.words.iter().all(|word| word.letter == b'N')
+    }
+
+    /// `L1`, behind its number.
+    fn is_short_label(&self, parameters: &Parameters) -> bool {
+        let words = self.words.iter().filter(|word| word.letter != b'N').count();
+        parameters.is_sinumerik() && words == 1 && self.names.is_empty() && self.sets.is_empty()
     }
 
     fn clear(&mut self) {
@@ -147,8 +163,8 @@ pub(super) fn parse(
     loop {
         lexer.skip()?;
         let Some(byte) = lexer.byte() else {
-            let compensates = block.codes('G').any(|code| matches!(code, 430 | 434 | 440));
-            return block.unset_length.clone().filter(|_| !compensates).map_or(Ok(()), Err);
+            let unset = block.unset_length.clone().filter(|_| !block.compensates());
+            return unset.map_or(Ok(()), Err);
         };
         match byte {
             b'#' if !lexer.parameters.is_sinumerik() => lexer.assignment(block)?,
@@ -173,6 +189,18 @@ pub(super) fn parse(
             b'#' => {
                 return Err("'#' is no word of Sinumerik's: a comment begins with ';', and a \
                             parameter with R"
+                    .to_owned());
+            }
+            b':' if lexer.is_behind_name() && block.is_short_label(lexer.parameters) => {
+                return Err(
+                    "a label begins with two letters or underscores (LA1:): rename it, and \
+                            the jumps to it"
+                        .to_owned(),
+                );
+            }
+            b'@' if lexer.parameters.is_sinumerik() => {
+                return Err("'@' with a number is a function of older controls (Sinumerik 800), \
+                            which is not read: have the program written for 840D"
                     .to_owned());
             }
             b'@' | b'^' => {
@@ -275,6 +303,14 @@ impl<'t> Lexer<'t> {
         Ok((not_vacant(value)?, span))
     }
 
+    /// Sets a parameter of Sinumerik's to what stands behind `=`.
+    pub(super) fn set(&mut self, key: Key, block: &mut Block) -> Result<(), String> {
+        let found = self.computed(block, Reader::expression);
+        let (value, span) = found.as_ref().copied().unwrap_or((f64::NAN, None));
+        block.sets.push((key, value, span));
+        found.map(|_| ())
+    }
+
     /// `#1 = 5`: counts once the whole block is read.
     fn assignment(&mut self, block: &mut Block) -> Result<(), String> {
         let mut reader = Reader::new(self.bytes, self.at + 1, self.parameters).with_comments();
@@ -283,11 +319,12 @@ impl<'t> Lexer<'t> {
             return Err("a parameter stands where a word is expected".to_owned());
         }
         let from = reader.at;
-        let value = reader.expression()?;
-        let span = reader.place(from, value, self.offset);
+        let value = reader.expression();
+        let number = value.as_ref().copied().unwrap_or(f64::NAN);
+        let span = reader.place(from, number, self.offset);
         self.at = reader.at;
-        block.sets.push((key, value, span));
-        Ok(())
+        block.sets.push((key, number, span));
+        value.map(|_| ())
     }
 
     /// `,R2` and `,C2`.
@@ -348,9 +385,7 @@ impl<'t> Lexer<'t> {
             let text = self.line.get(self.at + length..).unwrap_or("");
             self.at = self.bytes.len();
             let text = text.split(';').next().unwrap_or("").trim();
-            let defined = variables::defined(text, self.parameters)?;
-            block.sets.extend(defined.into_iter().map(|(key, value)| (key, value, None)));
-            return Ok(());
+            return variables::define(text, self.parameters, &mut block.sets);
         }
         if self.parameters.is_sinumerik()
             && rest.get(length) == Some(&b'[')
@@ -427,7 +462,8 @@ impl<'t> Lexer<'t> {
                 found => found?,
             };
             let counts = Counts::AsModal;
-            return add(block, Word { letter, value, span, counts, has_point: false });
+            let word = Word { letter, value, span, counts, has_point: false, is_computed: true };
+            return add(block, word);
         }
         self.scattered(letter, block)
     }
@@ -508,7 +544,8 @@ impl<'t> Lexer<'t> {
         let value = value.ok_or_else(|| format!("{} has no number", char::from(letter)))?;
         let span = self.offset.map(|offset| Span::new(start, end).behind(offset));
         let has_point = text.contains('.');
-        add(block, Word { letter, value, span, counts: Counts::AsModal, has_point })
+        let counts = Counts::AsModal;
+        add(block, Word { letter, value, span, counts, has_point, is_computed: false })
     }
 }
 
@@ -525,8 +562,13 @@ fn is_set(rest: Option<&[u8]>) -> bool {
 }
 
 pub(super) fn add(block: &mut Block, word: Word) -> Result<(), String> {
-    // Which of the two a controller takes differs.
-    if !matches!(word.letter, b'G' | b'M') && block.word(word.letter).is_some() {
+    // Which of the two a controller takes differs; to G65 they are arguments.
+    let may_repeat = match word.letter {
+        b'G' | b'M' => true,
+        b'I' | b'J' | b'K' => block.codes('G').any(|code| code == 650),
+        _ => false,
+    };
+    if !may_repeat && block.word(word.letter).is_some() {
         return Err(format!("two {} words in one block", char::from(word.letter)));
     }
     block.words.push(word);

@@ -1,7 +1,7 @@
 //! Parameters of Sinumerik's subprograms: `PROC SLOT(REAL LENGTH, INT COUNT)`, called by value
 //! (Siemens, SINUMERIK 840D sl/828D Job Planning, "Subprograms").
 
-use super::expression::{Key, Parameters};
+use super::parameters::{Key, Parameters};
 use super::siemens::arguments;
 use super::structure::{code, stripped};
 

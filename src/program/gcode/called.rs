@@ -130,7 +130,7 @@ impl Machine<'_> {
             None => self.cutter.hole(line, over, Vector3::ith(w, 1.0), &hole),
         }
         self.cuts(line);
-        self.tell_length(line);
+        self.tell_length(line, true);
         Ok(())
     }
 

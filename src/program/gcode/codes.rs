@@ -2,8 +2,9 @@
 
 use super::block::{BLOCK_FEED, Block, DIRECTION, LIMIT, OPENING, Word};
 use super::flow::Flow;
+use super::macro_call::macro_call;
 use super::names::Name;
-use super::state::{AXES, Machine, Motion, Uncompensated};
+use super::state::{AXES, Machine, Motion};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Plane;
@@ -11,6 +12,12 @@ use crate::program::cutter::FeedKind;
 
 /// Above all codes of work offsets: G54.1 P1 and on.
 const NUMBERED: i64 = 10_000;
+
+/// Above these: G15 H of Okuma's.
+const OF_OKUMA: i64 = 1_000_000;
+
+/// More than any control has.
+const MOST_OFFSETS: f64 = 9999.0;
 
 /// G80.
 const CANCEL: i64 = 800;
@@ -116,7 +123,9 @@ fn run_checked(
     if once.macro_call {
         return macro_call(flow, block);
     }
-    spindle_and_tool(machine, &once, line, block)?;
+    let done = spindle_and_tool(machine, &once, line, block);
+    flow.parameters.diameter = machine.diameter();
+    done?;
     let done = moves(machine, &once, line, block);
     if block.word(BLOCK_FEED).is_some() {
         machine.hold_feed(modal);
@@ -166,12 +175,13 @@ fn contradictions(block: &Block) -> Vec<String> {
         matches!(code, 730 | 740 | 810..=890)
     }
     type IsOfGroup = fn(i64) -> bool;
-    const GROUPS: [(char, IsOfGroup); 9] = [
+    const GROUPS: [(char, IsOfGroup); 10] = [
         ('G', motion),
         ('G', |code| code == CANCEL || cycle(code)),
         ('G', |code| matches!(code, 40 | 280 | 300 | 530)),
         ('G', |code| matches!(code, 170 | 180 | 190)),
         ('G', |code| matches!(code, 200 | 210 | 700 | 710 | 7000 | 7100)),
+        ('G', |code| matches!(code, 430 | 431 | 434 | 440 | 490)),
         ('G', |code| matches!(code, 900 | 910)),
         ('G', |code| matches!(code, 901 | 911)),
         ('G', |code| matches!(code, 930 | 940 | 950)),
@@ -218,6 +228,9 @@ fn modal(
         180 => machine.choose_plane(Plane::ZX)?,
         190 => machine.choose_plane(Plane::YZ)?,
         1100 | 1110 | 1120 if machine.is_sinumerik => once.pole = Some(code),
+        150 | 160 if has_offset_of_okuma(machine, block) => {
+            okuma_offset(machine, line, code, block)?;
+        }
         150 => machine.polar.is_on = false,
         160 if !machine.is_sinumerik => {
             machine.no_corner()?;
@@ -287,9 +300,10 @@ fn modal(
         434 => return Err("G43.4 turns the tool: rotary_axes in the job must say how".to_owned()),
         530 => once.machine = Some("G53"),
         1530 => once.machine = Some("G153"),
-        541 | 1540 => {
+        // Fanuc: G54 P is G54.1 P.
+        540 | 541 | 1540 if code != 540 || gives_offset(machine, block) => {
             let offset = block.get('P').ok_or("G54.1 without P")?;
-            machine.work_offset(line, NUMBERED + offset as i64)?;
+            machine.work_offset(line, NUMBERED + number_of_offset('P', offset)?)?;
         }
         580 | 590 if machine.is_sinumerik && has_axes => {
             let shown = shown('G', code);
@@ -320,6 +334,51 @@ fn modal(
         }
     }
     Ok(())
+}
+
+/// Whether G54 has a P that is of no other code of the block.
+fn gives_offset(machine: &Machine<'_>, block: &Block) -> bool {
+    let of_g = |code| {
+        let of_cycle = (730..=890).contains(&code) && code != CANCEL;
+        of_cycle
+            || matches!(code, 20 | 30 | 40 | 50 | 51 | 80 | 100 | 300 | 610..=650 | 1030 | 1870)
+    };
+    // From M100 on they are the machine builder's or the user's own.
+    let of_m = |code| matches!(code, 190 | 620..=680 | 970 | 980 | 990) || code >= 1000;
+    let is_own = block.word(b'P').is_some() && !machine.is_sinumerik;
+    is_own && !(block.codes('G').any(of_g) || block.codes('M').any(of_m))
+}
+
+fn has_offset_of_okuma(machine: &Machine<'_>, block: &Block) -> bool {
+    !machine.is_sinumerik && block.word(b'H').is_some() && !block.compensates()
+}
+
+/// G15 H and G16 H: on Okuma they choose a work coordinate system, G16 for its block alone.
+fn okuma_offset(
+    machine: &mut Machine<'_>,
+    line: usize,
+    code: i64,
+    block: &Block,
+) -> Result<(), String> {
+    if code == 160 {
+        return Err("G16 with H: on Okuma its block alone is in another work coordinate system, \
+                    elsewhere polar coordinates begin: not supported; write G15 H before the \
+                    block, or leave out the H"
+            .to_owned());
+    }
+    machine.polar.is_on = false;
+    let offset = number_of_offset('H', block.get('H').unwrap_or(0.0))?;
+    machine.work_offset(line, OF_OKUMA + offset)
+}
+
+fn number_of_offset(letter: char, number: f64) -> Result<i64, String> {
+    if !(0.0..=MOST_OFFSETS).contains(&number) || number.fract() != 0.0 {
+        return Err(format!(
+            "{letter}{number} is no work offset: expected a whole number up to {MOST_OFFSETS}"
+        ));
+    }
+    // Whole and at most so much, checked above.
+    Ok(number as i64)
 }
 
 pub(super) fn shown(letter: char, code: i64) -> String {
@@ -362,9 +421,6 @@ fn spindle_and_tool(
         let what = format!("H: {why}; the tcp stays the same");
         machine.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
-    if let Some(length) = machine.length_in(block) {
-        machine.cutter.length(line, length)?;
-    }
     // Whatever the order in the block.
     if block.codes('M').any(|code| code == 60) {
         machine.cutter.change();
@@ -397,9 +453,8 @@ fn spindle_and_tool(
             _ => starts |= machine.unknown(line, code, block, speed.is_some()),
         }
     }
-    if let Some(length) = block.get('D').filter(|_| machine.is_sinumerik) {
-        machine.uncompensated = (length == 0.0).then_some(Uncompensated::D0);
-    }
+    // Of the tool to which the block changes.
+    machine.take_length(line, block)?;
     if speed.is_some() && !starts {
         machine.cutter.assume_started(line);
     }
@@ -493,10 +548,11 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         Motion::Tangent => machine.arc_tangent(line, block),
         Motion::Cycle(kind) => machine.drill(line, block, kind),
     };
-    if machine.motion != Motion::Rapid {
+    let is_cut = machine.motion != Motion::Rapid;
+    if is_cut {
         machine.cuts(line);
     }
-    machine.tell_length(line);
+    machine.tell_length(line, is_cut);
     machine.watch_unit(line, block);
     if machine.cutter.feed.kind == FeedKind::InverseTime {
         machine.cutter.feed.value = None;
@@ -535,10 +591,7 @@ fn sets(machine: &mut Machine<'_>, line: usize, code: i64, block: &Block) -> Res
                 }
                 Some(2) => machine.shift.set_origin(offset, axes, machine.relative)?,
                 Some(20) => machine.stand_at(line, axes, true)?,
-                Some(1 | 10 | 11 | 12 | 13) => {
-                    let what = "G10 sets tool data: the job's tcp is used";
-                    machine.cutter.left_out(line, what.to_owned());
-                }
+                Some(kind @ (1 | 10 | 11 | 12 | 13)) => machine.set_tool_data(line, kind, block),
                 _ => return Err("G10 is understood with L1, L2, L10 to L13 and L20 alone".into()),
             }
         }
@@ -548,42 +601,6 @@ fn sets(machine: &mut Machine<'_>, line: usize, code: i64, block: &Block) -> Res
         machine.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
     Ok(())
-}
-
-/// G65: the letters are the locals of the subprogram.
-fn macro_call(flow: &mut Flow<'_>, block: &Block) -> Result<(), String> {
-    const LOCALS: [(u8, i64); 21] = [
-        (b'A', 1),
-        (b'B', 2),
-        (b'C', 3),
-        (b'D', 7),
-        (b'E', 8),
-        (b'F', 9),
-        (b'H', 11),
-        (b'I', 4),
-        (b'J', 5),
-        (b'K', 6),
-        (b'M', 13),
-        (b'Q', 17),
-        (b'R', 18),
-        (b'S', 19),
-        (b'T', 20),
-        (b'X', 24),
-        (b'Y', 25),
-        (b'Z', 26),
-        (b'U', 21),
-        (b'V', 22),
-        (b'W', 23),
-    ];
-    let number = block.get('P').ok_or("G65 without P")?;
-    let is_known =
-        |letter: u8| b"GNOPL".contains(&letter) || LOCALS.iter().any(|(known, _)| *known == letter);
-    if let Some(word) = block.words.iter().find(|word| !is_known(word.letter)) {
-        return Err(format!("G65 gives {}, which is not supported", char::from(word.letter)));
-    }
-    let locals =
-        LOCALS.iter().filter_map(|&(letter, local)| Some((local, block.word(letter)?.value)));
-    flow.call(number, block.get('L').unwrap_or(1.0), Some(locals.collect()))
 }
 
 /// M codes that end the program or call another.

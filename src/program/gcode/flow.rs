@@ -5,8 +5,9 @@ use std::collections::HashMap;
 
 use super::abbreviated::whole;
 use super::by_value;
-use super::expression::{Key, Locals, Parameters, Reader, not_vacant};
+use super::expression::{Reader, not_vacant};
 use super::files::Files;
+use super::parameters::{Key, Locals, Parameters, Set};
 use super::structure::{Structure, stripped, within};
 use crate::notes::Code;
 use crate::program::log::Log;
@@ -57,6 +58,8 @@ pub(super) struct Flow<'t> {
     pub(super) lines: &'t [(usize, &'t str)],
     pub(super) files: &'t Files<'t>,
     pub(super) parameters: Parameters,
+    /// What an assignment behind THEN sets when the line has been read.
+    pub(super) sets: Vec<Set>,
     pub(super) next: usize,
     budget: usize,
     ended: bool,
@@ -84,6 +87,7 @@ impl<'t> Flow<'t> {
             lines,
             files,
             parameters,
+            sets: Vec::new(),
             next: 0,
             budget: lines.len().saturating_mul(2).saturating_add(LINES_IN_LOOPS),
             ended: false,
@@ -354,7 +358,8 @@ impl<'t> Flow<'t> {
         let keyword = keyword(content);
         match keyword {
             "IF" => {
-                let (truth, rest) = self.condition(content, 2)?;
+                let (truth, rest) =
+                    self.condition(content, 2).inspect_err(|_| self.lose_behind_then(content))?;
                 let rest = content.get(rest..).unwrap_or("").trim_start();
                 let words = rest.split('(').next().unwrap_or(rest).to_ascii_uppercase();
                 if words.contains("ELSE") {
@@ -396,15 +401,22 @@ impl<'t> Flow<'t> {
     /// `#1 = 5`, behind THEN.
     fn assign(&mut self, text: &str) -> Result<(), String> {
         let mut block = super::block::Block::default();
-        super::block::parse(text, None, &mut block, &self.parameters)?;
-        if !block.words.is_empty() || block.sets.is_empty() {
-            return Err("behind THEN stands one assignment to a parameter".to_owned());
+        let parsed = super::block::parse(text, None, &mut block, &self.parameters);
+        let is_one = block.words.is_empty() && !block.sets.is_empty();
+        self.sets = block.sets;
+        match parsed {
+            Ok(()) if !is_one => Err("behind THEN stands one assignment to a parameter".to_owned()),
+            other => other,
         }
-        if block.sets.iter().any(|(key, ..)| *key == Key::Number(3000)) {
-            return Err("#3000 raises an alarm: the machine stops here".to_owned());
+    }
+
+    /// What an assignment behind THEN sets is not known where its condition is not.
+    fn lose_behind_then(&mut self, content: &str) {
+        let behind = content.match_indices(']').map(|(at, _)| content[at + 1..].trim_start());
+        if let Some(then) = behind.into_iter().find(|behind| keyword(behind) == "THEN") {
+            // The condition's fault is told.
+            let _ = self.assign(then.get(letters(then)..).unwrap_or("").trim_start());
         }
-        let mut sets = block.sets.into_iter();
-        sets.try_for_each(|(key, value, span)| self.parameters.set(key, value, span))
     }
 
     /// The truth of `[…]` at a place, and where it ends.

@@ -17,6 +17,9 @@ use crate::units::rad_from_deg;
 /// Programs round places to so much, mm.
 const ROUNDING_MM: f64 = 0.01;
 
+/// One arc closes clearly better than another where it is off by this share of that.
+const CLEARLY: f64 = 0.1;
+
 /// Whether places are one up to rounding.
 fn is_near(from: Place, to: Place) -> bool {
     let all = from.into_iter().zip(to);
@@ -154,10 +157,21 @@ impl Machine<'_> {
         }
     }
 
-    /// Whether an arc would close if I, J and K were the place of its centre.
+    /// Whether an arc would close if I, J and K were the place of its centre, and so much better
+    /// that it is no accident: about a centre far away any short way nearly closes.
     fn fits_absolute(&self, block: &Block, arc: &Arc) -> bool {
-        let centre = self.centre(block, arc.start, true);
-        !self.centre_absolute && centre.is_ok_and(|centre| pieces(&Arc { centre, ..*arc }).is_ok())
+        let Plane([u, v, _]) = arc.plane;
+        let off = |centre: Centre| match centre {
+            Centre::At([x, y]) => {
+                let radius = |at: Vector3<f64>| (at[u] - x).hypot(at[v] - y);
+                (radius(arc.start) - radius(arc.end)).abs()
+            }
+            Centre::Radius(_) => 0.0,
+        };
+        let fits = |centre: Centre| {
+            off(centre) < CLEARLY * off(arc.centre) && pieces(&Arc { centre, ..*arc }).is_ok()
+        };
+        !self.centre_absolute && self.centre(block, arc.start, true).is_ok_and(fits)
     }
 
     /// CIP: through a point on the way.

@@ -19,14 +19,19 @@ mod block;
 mod by_value;
 mod called;
 mod codes;
+mod compensation;
 mod cycle;
 mod dwell;
 mod expression;
 mod files;
 mod flow;
 mod frame;
+mod functions;
+mod lengths;
 mod lines;
+mod macro_call;
 mod names;
+mod parameters;
 mod patterns;
 mod places;
 mod quiet;
@@ -38,15 +43,17 @@ mod structure;
 mod structured;
 mod variables;
 
+use std::vec::Drain;
+
 use super::Settings;
 use super::log::Log;
 use super::unread::{behind_end, read_as_run};
 use crate::notes::Code;
 use assumed::Given;
 use block::Block;
-use expression::{Key, Parameters};
 use files::Files;
 use flow::Flow;
+use parameters::{Key, Parameters, Set};
 use state::Machine;
 
 /// Reads a G-code file into the log.
@@ -58,6 +65,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     machine.is_sinumerik = is_sinumerik;
     let given = Given::new(&settings.assume, is_sinumerik);
     let mut flow = Flow::new(&files, Parameters::new(is_sinumerik, given));
+    flow.parameters.diameter = machine.diameter();
     let mut block = Block::default();
     let mut has_begun = false;
     // Of the program itself: of a file beside it, where it is called.
@@ -77,11 +85,13 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
         match controls {
             Ok(true) => {
                 machine.tell_unknown();
+                set_parameters(&mut machine, &mut flow.parameters, line, flow.sets.drain(..));
                 continue;
             }
             Ok(false) => {}
             Err(what) => {
                 machine.cutter.log.error(Code::Syntax, line, what);
+                flow.sets.drain(..).for_each(|(key, ..)| flow.parameters.lose(key));
                 continue;
             }
         }
@@ -100,11 +110,12 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
             Ok(()) => {
                 has_begun |= !block.words.is_empty() || !block.names.is_empty();
                 codes::run(&mut machine, &mut flow, line, &block);
-                set_parameters(&mut machine, &mut flow.parameters, line, &mut block);
+                set_parameters(&mut machine, &mut flow.parameters, line, block.sets.drain(..));
             }
             Err(what) => {
                 has_begun = true;
                 machine.cutter.log.error(Code::Syntax, line, what);
+                block.sets.drain(..).for_each(|(key, ..)| flow.parameters.lose(key));
             }
         }
         if machine.cutter.log.is_full() {
@@ -116,6 +127,9 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     let given = &flow.parameters.given;
     given.tell_unheeded(&settings.assume, is_sinumerik, lines, machine.cutter.log);
     machine.tell_cuts_before_change();
+    if !is_sinumerik {
+        machine.cutter.unit.tell_without_point(machine.cutter.log);
+    }
     let open = machine.corner.map(|corner| corner.line);
     if let (Some(line), Err(what)) = (open, machine.no_corner()) {
         machine.cutter.log.error(Code::Motion, line, what);
@@ -140,9 +154,9 @@ fn set_parameters(
     machine: &mut Machine<'_>,
     parameters: &mut Parameters,
     line: usize,
-    block: &mut Block,
+    sets: Drain<'_, Set>,
 ) {
-    for (key, value, span) in block.sets.drain(..) {
+    for (key, value, span) in sets {
         if key == Key::Number(3000) {
             let what = "#3000 raises an alarm: the machine stops here";
             machine.cutter.log.error(Code::Motion, line, what);
@@ -150,6 +164,9 @@ fn set_parameters(
         if matches!(key, Key::Number(5201..=5400 | 7001..=7960)) {
             let what = "sets a work offset, which is not supported: the job's work_object says it";
             machine.cutter.log.error(Code::Motion, line, what);
+        }
+        if let Key::Number(number) = key {
+            machine.set_parameter_of_tool(line, number, value);
         }
         if let Err(what) = parameters.set(key, value, span) {
             machine.cutter.log.error(Code::Value, line, what);

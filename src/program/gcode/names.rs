@@ -1,7 +1,7 @@
 //! Words of several letters, as Sinumerik and others have them: which may be left out.
 
-use super::block::{Block, Word};
-use super::expression::Parameters;
+use super::block::{Block, PLANE_TURN, Word};
+use super::parameters::Parameters;
 use super::siemens::DrillingCall;
 use super::state::{AXES, Machine, Motion};
 
@@ -211,8 +211,9 @@ impl Machine<'_> {
                 let is_zero = |word: &Word| AXES.contains(&word.letter) && word.value == 0.0;
                 block.words.iter().all(|word| word.letter == b'N' || is_zero(word))
             };
+            let turns = block.word(PLANE_TURN).is_some_and(|word| word.value != 0.0);
             match block.has_any(&AXES) {
-                false if resets => {
+                false if resets && !turns => {
                     // What begins anew ends TRANS, too.
                     if !name.starts_with('A') {
                         self.shift.translate([None; 3], false);

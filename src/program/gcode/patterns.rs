@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::block::Block;
 use super::codes::shown;
 use super::cycle::unknown_before_cycle;
-use super::expression::Parameters;
+use super::parameters::Parameters;
 use super::rotary::LETTERS;
 use super::siemens::arguments;
 use super::state::{Machine, Motion};
@@ -43,7 +43,9 @@ impl Machine<'_> {
         let Plane([u, v, w]) = self.plane;
         let mut at = Vector3::zeros();
         for axis in [u, v] {
-            at[axis] = self.cutter.at[axis].ok_or_else(|| unknown_before_cycle(axis))?;
+            // A circle states where it begins.
+            let before = self.cutter.at[axis].or((name == "HOLES2").then_some(0.0));
+            at[axis] = before.ok_or_else(|| unknown_before_cycle(axis))?;
         }
         at[w] = self.cutter.at[w].unwrap_or_default();
         [u, v].into_iter().for_each(|axis| self.shift.goes_by_zero(axis));

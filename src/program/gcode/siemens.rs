@@ -2,7 +2,8 @@
 //! CYCLE83 and CYCLE85 (Siemens, SINUMERIK 840D sl/828D Fundamentals, "Programming cycles
 //! externally"). Others are refused.
 
-use super::expression::{Parameters, Reader, not_vacant};
+use super::expression::{Reader, not_vacant};
+use super::parameters::Parameters;
 
 /// Pecks in a hole.
 const MOST_PECKS: usize = 10_000;

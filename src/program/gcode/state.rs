@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::block::{Block, Counts, DIRECTION, POLAR_ANGLE, POLAR_RADIUS, RADIUS, Word};
 use super::frame::{Polar, Turned};
+use super::lengths::Lengths;
 use super::rotary::Rotary;
 use super::shift::Shift;
 use super::siemens::DrillingCall;
@@ -85,15 +86,6 @@ pub(super) struct Cycle {
     pub(super) asks_for_place: bool,
 }
 
-/// Why the tool's length does not count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Uncompensated {
-    /// Sinumerik's.
-    D0,
-    /// Behind G43 or G44.
-    G49,
-}
-
 /// A feed that holds, and whether it was stated in inches.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct HeldFeed {
@@ -140,14 +132,12 @@ pub(super) struct Machine<'a> {
     pub(super) is_scheduled: bool,
     next_tool: Option<f64>,
     /// T only selects, M6 changes; without an M6 in the program, T does both.
-    waits_for_change: bool,
+    pub(super) waits_for_change: bool,
     /// No M6 has come, and one will.
     waits_for_first: bool,
     /// Line of the first cut before it.
     cuts_before_change: Option<usize>,
-    /// The tool's length counts by G43 or the like.
-    is_compensated: bool,
-    pub(super) uncompensated: Option<Uncompensated>,
+    pub(super) lengths: Lengths,
     /// M codes that are not known, with nothing behind them yet that they could matter to.
     pub(super) unknown_codes: Vec<(usize, String)>,
     /// A G92 or G10 L20 said where the path starts.
@@ -195,8 +185,7 @@ impl<'a> Machine<'a> {
             waits_for_change,
             waits_for_first: waits_for_change,
             cuts_before_change: None,
-            is_compensated: false,
-            uncompensated: None,
+            lengths: Lengths::default(),
             unknown_codes: Vec::new(),
             starts_by_g92: false,
             was_rapid: false,
@@ -208,6 +197,12 @@ impl<'a> Machine<'a> {
 
     pub(super) fn mm(&self, length: f64) -> f64 {
         if self.inches { mm_from_inch(length) } else { length }
+    }
+
+    /// Of the tool in the spindle, in the unit of the program.
+    pub(super) fn diameter(&self) -> Option<f64> {
+        let mm = self.cutter.diameter_mm()?;
+        Some(if self.inches { mm / mm_from_inch(1.0) } else { mm })
     }
 
     /// G20 and G21, G70 and G71, G700 and G710.
@@ -267,33 +262,18 @@ impl<'a> Machine<'a> {
         if self.waits_for_change { Ok(()) } else { self.change_tool() }
     }
 
-    /// The number of a tool's length: H beside G43 or G44, or while they hold where it is none of a
-    /// call or a radius; or Sinumerik's D.
-    pub(super) fn length_in(&self, block: &Block) -> Option<f64> {
-        if self.is_sinumerik {
-            return block.get('D');
-        }
-        let compensates = || block.codes('G').any(|code| matches!(code, 430 | 434 | 440));
-        let is_other = || {
-            block.codes('G').any(|code| matches!(code, 410 | 420 | 650))
-                || block.codes('M').any(|code| code == 980)
-        };
-        block.get('H').filter(|_| compensates() || self.is_compensated && !is_other())
-    }
-
     /// The tool that was selected is in the spindle from here on.
     pub(super) fn change_tool(&mut self) -> Result<(), String> {
         self.tell_cuts_before_change();
         self.waits_for_first = false;
-        // Behind D0 the control chooses the first length of a new tool.
-        self.uncompensated = self.uncompensated.filter(|why| *why != Uncompensated::D0);
-        self.next_tool.map_or(Ok(()), |tool| self.cutter.tool(tool))
+        self.next_tool.map_or(Ok(()), |tool| self.load(tool))?;
+        self.take_selected_edge()
     }
 
     /// M61 of LinuxCNC: the tool that is in the spindle, without a change.
     pub(super) fn state_tool(&mut self, tool: f64) -> Result<(), String> {
         self.waits_for_first = false;
-        self.cutter.tool(tool)
+        self.load(tool)
     }
 
     /// LIMS= counts under G97, too (Siemens, SINUMERIK 840D sl Fundamentals, "Constant cutting
@@ -481,8 +461,11 @@ impl<'a> Machine<'a> {
     /// Keeps the figures of a move until the unit is stated.
     pub(super) fn watch_unit(&mut self, line: usize, block: &Block) {
         let words = block.words.iter().filter(|word| AXES.contains(&word.letter));
-        let written = words.filter(|word| word.span.is_some()).map(|word| word.value);
-        self.cutter.unit.goes_to(line, self.cutter.at, written);
+        let written = words.filter(|word| word.span.is_some());
+        for word in written.clone().filter(|word| !word.is_computed) {
+            self.cutter.unit.writes(line, word.value, word.has_point);
+        }
+        self.cutter.unit.goes_to(line, self.cutter.at, written.map(|word| word.value));
     }
 
     pub(super) fn work_offset(&mut self, line: usize, code: i64) -> Result<(), String> {
@@ -508,31 +491,5 @@ impl<'a> Machine<'a> {
             );
             self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
-    }
-
-    /// G43, G44 and the like.
-    pub(super) fn compensate(&mut self) {
-        self.is_compensated = true;
-        self.uncompensated = None;
-    }
-
-    /// G49: at the head of a program it ends nothing.
-    pub(super) fn end_compensation(&mut self) {
-        if std::mem::take(&mut self.is_compensated) {
-            self.uncompensated = Some(Uncompensated::G49);
-        }
-    }
-
-    /// A move of which the tool's length is no part. Under G49 tools are taken away at rapid.
-    pub(super) fn tell_length(&mut self, line: usize) {
-        let moves = match self.uncompensated {
-            Some(Uncompensated::D0) => "moves under D0",
-            Some(Uncompensated::G49) if self.motion != Motion::Rapid => {
-                "moves at feed under G49 or H0"
-            }
-            _ => return,
-        };
-        let what = format!("{moves}, without the tool's length: the job's tcp is used");
-        self.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
 }

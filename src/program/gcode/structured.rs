@@ -2,8 +2,9 @@
 //! WHILE, LOOP, REPEAT to UNTIL, and REPEAT of what stands behind a label (Siemens, SINUMERIK 840D
 //! sl/828D Job Planning, "Program jumps", "Control structures").
 
-use super::expression::{Key, Reader, not_vacant};
+use super::expression::{Reader, not_vacant};
 use super::flow::Flow;
+use super::parameters::Key;
 use super::structure::{code, is_block, labelled, split, stripped, within};
 
 impl Flow<'_> {

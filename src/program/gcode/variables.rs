@@ -1,7 +1,8 @@
 //! Variables of Sinumerik's: those that a program declares (DEF), its arrays, and the control's.
 
 use super::assumed::is_word;
-use super::expression::{Key, Parameters, Reader, not_vacant};
+use super::expression::{Reader, not_vacant};
+use super::parameters::{Key, Parameters, Set};
 
 /// Of an array.
 const MOST_ELEMENTS: u32 = 1000;
@@ -70,17 +71,18 @@ fn whole(index: f64) -> Result<f64, String> {
     }
 }
 
-/// What stands behind DEF: `REAL _depth = 5, _feeds[3]`. Numbers, 0 where nothing is said. Texts
-/// are left out: what reads them is told that nothing has set them.
-pub(super) fn defined(text: &str, known: &Parameters) -> Result<Vec<(Key, f64)>, String> {
+/// Sets what stands behind DEF: `REAL _depth = 5, _feeds[3]`. Numbers, 0 where nothing is said, and
+/// not a number where it cannot be read. Texts are left out: what reads them is told that nothing
+/// has set them.
+pub(super) fn define(text: &str, known: &Parameters, sets: &mut Vec<Set>) -> Result<(), String> {
     let (kind, names) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
     let key: fn(String) -> Key = match kind.to_ascii_uppercase().as_str() {
         "REAL" => Key::Name,
         "INT" => Key::Whole,
         "BOOL" => Key::Truth,
-        _ => return Ok(Vec::new()),
+        _ => return Ok(()),
     };
-    let mut all = Vec::new();
+    let mut done = Ok(());
     for part in names.split(',') {
         if let Some((name, size)) = part.split_once('[') {
             let name = name.trim().to_ascii_lowercase();
@@ -91,18 +93,26 @@ pub(super) fn defined(text: &str, known: &Parameters) -> Result<Vec<(Key, f64)>,
                      their size up to {MOST_ELEMENTS} and no values behind it"
                 )
             })?;
-            all.extend((0..size).map(|index| (key(format!("{name}[{index}]")), 0.0)));
+            sets.extend((0..size).map(|index| (key(format!("{name}[{index}]")), 0.0, None)));
             continue;
         }
         let (name, value) = part.split_once('=').unwrap_or((part, "0"));
-        let mut reader = Reader::new(value.as_bytes(), 0, known);
-        let value = not_vacant(reader.expression()?)?;
-        if let Some(byte) = reader.peek() {
-            return Err(format!("'{}' is not understood behind DEF", char::from(byte)));
-        }
-        all.push((key(name.trim().to_ascii_lowercase()), value));
+        let value = first_value(value, known);
+        let key = key(name.trim().to_ascii_lowercase());
+        sets.push((key, value.as_ref().copied().unwrap_or(f64::NAN), None));
+        done = done.and(value.map(|_| ()));
     }
-    Ok(all)
+    done
+}
+
+/// The value that a variable is declared with.
+fn first_value(text: &str, known: &Parameters) -> Result<f64, String> {
+    let mut reader = Reader::new(text.as_bytes(), 0, known);
+    let value = not_vacant(reader.expression()?)?;
+    match reader.peek() {
+        None => Ok(value),
+        Some(byte) => Err(format!("'{}' is not understood behind DEF", char::from(byte))),
+    }
 }
 
 /// `R[4]=`, `FEEDS[2]=`, whose `[` is at a place: what is set, and where the value begins.

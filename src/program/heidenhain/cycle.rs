@@ -132,6 +132,28 @@ impl Reader<'_, '_> {
         }
     }
 
+    /// M104, M142 and M143: before anything counts from it, the work is where the job's work object
+    /// says.
+    pub(super) fn change_datum(&mut self, line: usize, code: f64) -> Result<(), String> {
+        if code == 142.0 && self.shift != Vector3::zeros() {
+            return Err("M142 takes back shifts of the work and is not supported: write cycle 7 \
+                        with X+0, Y+0 and Z+0 in its place"
+                .to_owned());
+        }
+        let counts = self.cutter.at.iter().any(Option::is_some) || self.shift != Vector3::zeros();
+        let (note, what) = match counts || self.cutter.log.has_moved() {
+            true => (Code::ChangeIgnored, "the job's work_object is used throughout"),
+            false => (Code::LeftOut, "the job's work_object stands for what holds behind it"),
+        };
+        let which = match code {
+            104.0 => "chooses the last datum again",
+            142.0 => "deletes modal program information",
+            _ => "ends a basic rotation",
+        };
+        self.cutter.log.warning(note, line, format!("M{code} {which}: {what}"));
+        Ok(())
+    }
+
     /// Cycle 7 and TRANS DATUM AXIS: the axes that they name count from so far away, by `I` from
     /// the shift before.
     pub(super) fn shift_work(&mut self, block: &Block<'_>) -> Result<(), String> {

@@ -173,11 +173,16 @@ impl Formula<'_> {
             "NEG" => |x| -x,
             "INT" => f64::trunc,
             "FRAC" => f64::fract,
+            "SGN" => f64::signum,
             other => {
                 function(other).ok_or_else(|| format!("'{name}' is not understood in a formula"))?
             }
         };
-        let value = own(self.deeper(Self::term)?);
+        let term = self.deeper(Self::term)?;
+        if name == "SGN" && term == 0.0 {
+            return Err("SGN 0: the sign is 1 on older controls and 0 on newer ones".to_owned());
+        }
+        let value = own(term);
         if value.is_finite() { Ok(value) } else { Err(format!("{name} has no finite result")) }
     }
 
@@ -219,6 +224,7 @@ mod tests {
             ("SQRT 16 * SIN 30", 2.0),
             ("INT Q12 + FRAC Q12", 3.5),
             ("NEG ( ABS Q2 )", -4.0),
+            ("SGN Q2 * SGN Q12", -1.0),
             ("1,5 * PI", 1.5 * std::f64::consts::PI),
         ] {
             let found = value_of(text, &known).unwrap();
@@ -232,6 +238,7 @@ mod tests {
             ("1 )", "')' is not understood"),
             ("FOO 1", "'FOO'"),
             ("SQRT -1", "no finite"),
+            ("SGN ( Q1 - 10 )", "SGN 0"),
             ("1.2.3", "no number"),
         ] {
             let why = value_of(text, &known).unwrap_err();

@@ -54,6 +54,11 @@ impl Reader<'_, '_> {
         if let Some(word) = block.words.iter().skip(heads).find(unknown) {
             return Err(format!("'{}' is not understood", word.name));
         }
+        for (name, code) in [("LA", 120.0), ("MB", 140.0)] {
+            if block.has(name) && !block.all("M").any(|own| own == code) {
+                return Err(format!("'{name}' without M{code} is not understood"));
+            }
+        }
         self.feed(line, block)?;
         self.m_codes(line, block, true)?;
         if block.has("RL") || block.has("RR") {

@@ -41,6 +41,10 @@ const BLOCKS_IN_LOOPS: usize = 1_000_000;
 const CHANGES_MOTION: [f64; 13] =
     [89.0, 97.0, 98.0, 103.0, 109.0, 110.0, 112.0, 114.0, 124.0, 136.0, 141.0, 144.0, 150.0];
 
+/// M codes that change where the work is: the last datum again, no modal program information, no
+/// basic rotation.
+const CHANGES_DATUM: [f64; 3] = [104.0, 142.0, 143.0];
+
 /// Calls in one another.
 const MAX_CALLS: usize = 10;
 
@@ -502,6 +506,8 @@ impl<'a, 't> Reader<'a, 't> {
                 _ if code == 128.0 => {
                     return Err("M128 moves with rotary axes and is not supported".to_owned());
                 }
+                _ if CHANGES_DATUM.contains(&code) && block.ends_program() => {}
+                _ if CHANGES_DATUM.contains(&code) => self.change_datum(line, code)?,
                 _ if CHANGES_MOTION.contains(&code) => {
                     return Err(format!("M{code} changes motion or feed and is not supported"));
                 }

@@ -11,6 +11,10 @@ const IDLE: [f64; 5] = [0.0, 1.0, 7.0, 8.0, 9.0];
 /// M codes that start the spindle, change the tool or call a cycle.
 const ACTS: [f64; 8] = [3.0, 4.0, 6.0, 13.0, 14.0, 89.0, 99.0, 140.0];
 
+fn ends(code: f64) -> bool {
+    code == 2.0 || code == 30.0
+}
+
 /// Whether a cycle of this number does nothing where it is defined: shifts and turns of the work,
 /// tolerance, the preset, and those that a call runs.
 fn is_still(number: &Word<'_>) -> bool {
@@ -37,9 +41,13 @@ impl Block<'_> {
         self.name(0) == "END" || self.m_codes_alone().is_some_and(|mut all| !all.any(acts))
     }
 
+    /// Whether the program ends by it.
+    pub(super) fn ends_program(&self) -> bool {
+        self.all("M").any(ends)
+    }
+
     /// Whether the program ends by it, and does nothing else.
     fn is_end(&self) -> bool {
-        let ends = |code| code == 2.0 || code == 30.0;
         self.m_codes_alone().is_some_and(|mut all| all.any(ends))
             && self.all("M").all(|code| ends(code) || IDLE.contains(&code))
     }

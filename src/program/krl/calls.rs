@@ -63,12 +63,15 @@ impl<'a> Run<'a> {
         arg.map_or_else(|| Value::unknown("an argument is left out"), |expr| self.eval(expr))
     }
 
-    pub(super) fn not_read(&mut self, line: usize, name: &str, args: &'a [Option<Expr>]) {
+    pub(super) fn not_read(&mut self, line: usize, name: &'a str, args: &'a [Option<Expr>]) {
         let what = format!(
             "'{name}' is in no file that is read: if it moves, or sets frames or data, that is \
              not read"
         );
         self.log.warning(Code::MotionLeftOut, line, what);
+        if self.unmoved.unread.iter().all(|(_, own)| *own != name) {
+            self.unmoved.unread.push((line, name));
+        }
         let what = format!("'{name}' {MAY_SET}");
         self.forget_signals(&what);
         for arg in args.iter().flatten() {

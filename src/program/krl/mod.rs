@@ -27,6 +27,7 @@ mod signals;
 mod syntax;
 mod targets;
 mod turns;
+mod unmoved;
 mod value;
 mod walk;
 mod words;

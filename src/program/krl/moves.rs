@@ -383,7 +383,9 @@ impl<'a> Run<'a> {
         let is_unknown = is_home && matches!(self.read(path), Value::Unknown(_));
         if is_unknown {
             (self.joints, self.has_left) = (None, true);
-            self.log.leaves(line, &format!("PTP {}", path.name.to_uppercase()));
+            let home = path.name.to_uppercase();
+            self.log.leaves(line, &format!("PTP {home}"));
+            self.unmoved.home.get_or_insert((line, home));
         }
         is_unknown
     }

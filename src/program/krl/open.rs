@@ -1,9 +1,9 @@
 //! Branches and loops that only the run decides: what they may set is not known behind them.
 
 use super::run::Run;
-use super::syntax::{Block, What};
+use super::syntax::{Block, Routine, Statement, What};
 use super::value::Value;
-use super::walk::{expressions, functions_in};
+use super::walk::{blocks_in, expressions, functions_in, paths_in};
 use super::words::{
     BEHIND_MOVE, MAY_SET, fills, is_harmless, is_own_function, is_without_effect,
     sounds_like_motion,
@@ -82,6 +82,67 @@ impl<'a> Run<'a> {
                 }
             }
         }
+    }
+
+    /// What an endless loop, or a routine that it calls, does under conditions that others may
+    /// change, as a message goes on: they are read as they are in its first pass.
+    pub(super) fn open_in(&mut self, body: &'a [Statement]) -> String {
+        // Each with the routine that it is of, where the loop calls that.
+        let mut open: Vec<(&'a Statement, Option<&'a Routine>)> =
+            body.iter().rev().map(|own| (own, None)).collect();
+        let mut called: Vec<&str> = Vec::new();
+        while let Some((statement, routine)) = open.pop() {
+            let what = &statement.what;
+            if let What::Call(name, _) = what
+                && let Some(callee) = self.file.routines.get(name)
+                && !called.contains(&name.as_str())
+            {
+                called.push(name);
+                open.extend(callee.body.iter().rev().map(|own| (own, Some(callee))));
+            }
+            let blocks = blocks_in(what).into_iter().flatten();
+            let moving = blocks.clone().find(|own| self.moves(&own.what));
+            let Some(moving) = moving else { continue };
+            open.extend(blocks.rev().map(|own| (own, routine)));
+            let asked = paths_in(expressions(what));
+            let mut asked = asked.into_iter();
+            let Some(path) = asked.find(|path| self.may_change(&path.name, routine)) else {
+                continue;
+            };
+            let mut name = self.key(path).unwrap_or_else(|_| path.name.clone());
+            for field in &path.fields {
+                name = format!("{name}.{field}");
+            }
+            let name = name.to_uppercase();
+            let other = moving.file.checked_sub(1);
+            let other = other.and_then(|index| self.settings.companions.get(index));
+            let of = other.map_or_else(String::new, |it| format!(" of {}", it.name));
+            return format!(
+                "; what moves from line {}{of} on depends on {name}, which another may change \
+                 between two passes, and is read as {name} is in the first: assume: \
+                 {{\"{name}\": …}} in the job says that, where the file that is checked does not \
+                 set it before the loop",
+                moving.line
+            );
+        }
+        String::new()
+    }
+
+    /// Whether others may change a datum: no constant, none of a routine, not where the robot is.
+    fn may_change(&self, name: &str, routine: Option<&Routine>) -> bool {
+        let declares = |what: &What| match what {
+            What::Declare(_, paths, _) => paths.iter().any(|path| path.name == name),
+            _ => false,
+        };
+        let is_own = match routine {
+            None => self.is_own(name),
+            Some(routine) => {
+                routine.parameters.iter().any(|own| own.name == name)
+                    || routine.body.iter().any(|own| declares(&own.what))
+            }
+        };
+        let is_place = name.starts_with("$pos_") || name.starts_with("$axis_");
+        !is_own && !is_place && !self.file.constants.contains(name)
     }
 
     pub(super) fn decides(&mut self, line: usize, keyword: &str, why: &str) {

@@ -1,7 +1,7 @@
 //! Lines of KRL → routines and data lists. A statement that is not understood is kept as such, so
 //! that it is a fault only where the program reaches it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::cursor::{Cursor, MAX_DEPTH};
 use super::lexer::Kind;
@@ -35,6 +35,7 @@ pub(super) fn parse(text: &str, file: &mut File, number: usize, names: &HashMap<
         count: 0,
         signals: Vec::new(),
         components: Vec::new(),
+        constants: HashSet::new(),
     };
     while let Some(line) = parser.lines.get(parser.at) {
         let number = line.number;
@@ -73,6 +74,7 @@ pub(super) fn parse(text: &str, file: &mut File, number: usize, names: &HashMap<
     }
     file.statement_count += parser.count;
     parser.signals.into_iter().for_each(|(name, outputs)| file.signals.add(name, outputs));
+    file.constants.extend(parser.constants);
     for (name, declared) in parser.components {
         file.components.entry(name).or_default().push(declared);
     }
@@ -87,6 +89,7 @@ struct Parser {
     count: usize,
     signals: Vec<(String, Outputs)>,
     components: Vec<(String, Type)>,
+    constants: HashSet<String>,
 }
 
 impl Parser {
@@ -185,6 +188,11 @@ impl Parser {
             // `GLOBAL INT N`.
             "decl" | "global" => {
                 let what = cursor.declaration()?;
+                if let What::Declare(_, paths, _) = &what
+                    && tokens.iter().any(|token| is_word(token, &["const"]))
+                {
+                    self.constants.extend(paths.iter().map(|path| path.name.clone()));
+                }
                 cursor.ended(what)
             }
             "if" => {

@@ -7,6 +7,7 @@ use nalgebra::Isometry3;
 use super::shares::Shares;
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::turns::Turns;
+use super::unmoved::Unmoved;
 use super::value::{Sort, Type, Value, base, unset};
 use crate::notes::Code;
 use crate::program::Settings;
@@ -113,6 +114,7 @@ pub(super) struct Run<'a> {
     pub(super) asked_in: Option<AskedIn>,
     /// Whether the robot may have left the place where it stood before the program.
     pub(super) has_left: bool,
+    pub(super) unmoved: Unmoved<'a>,
     /// $VEL.CP, m/s.
     pub(super) velocity: Option<f64>,
     /// Why the controller may have another: the data of a form have set it.
@@ -171,6 +173,7 @@ impl<'a> Run<'a> {
             of_world: None,
             asked_in: None,
             has_left: false,
+            unmoved: Unmoved::default(),
             velocity: None,
             unsure_velocity: None,
             turning: [None; 2],
@@ -202,6 +205,16 @@ impl<'a> Run<'a> {
         self.frames.push(Frame::default());
         self.timed = self.timed_signals();
         self.body(&routine.body);
+        self.tell_no_motion();
+    }
+
+    fn tell_no_motion(&mut self) {
+        if self.log.has_moved() || self.log.has_errors() {
+            return;
+        }
+        if let Some((line, what)) = std::mem::take(&mut self.unmoved).error() {
+            self.log.error(Code::Motion, line, what);
+        }
     }
 
     /// Of a routine.
@@ -233,7 +246,7 @@ impl<'a> Run<'a> {
                     let passed = block.get(at..next - 1).unwrap_or_default();
                     let goes_back = at < next && matches!(statement.what, What::Goto(_));
                     if goes_back && !leaves(passed, true) {
-                        self.log.warning(Code::MotionLeftOut, line, ENDLESS);
+                        self.tell_endless(line, passed);
                         return Flow::Halt;
                     }
                     next = at;
@@ -390,12 +403,21 @@ impl<'a> Run<'a> {
     }
 
     fn endless(&mut self, line: usize, body: &'a Block) -> Flow {
-        self.log.warning(Code::MotionLeftOut, line, ENDLESS);
+        self.tell_endless(line, body);
         match self.block(body) {
             Flow::Exit => Flow::Next,
             Flow::Next => Flow::Halt,
             flow => flow,
         }
+    }
+
+    fn tell_endless(&mut self, line: usize, body: &'a [Statement]) {
+        let open = self.open_in(body);
+        let what = format!("{ENDLESS}{open}");
+        if !open.is_empty() {
+            self.unmoved.looped.get_or_insert_with(|| (line, what.clone()));
+        }
+        self.log.warning(Code::MotionLeftOut, line, what);
     }
 
     fn declare(

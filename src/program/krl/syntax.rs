@@ -1,6 +1,6 @@
 //! The syntax tree of KRL, as far as motion may depend on it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::signals::Signals;
 use super::value::{Sort, Type};
@@ -137,6 +137,8 @@ pub(super) struct File {
     pub(super) signals: Signals,
     /// Of STRUC: the types that components of a name have.
     pub(super) components: HashMap<String, Vec<Type>>,
+    /// What `DECL CONST` declares, by name in lower case.
+    pub(super) constants: HashSet<String>,
     pub(super) statement_count: usize,
     pub(super) is_cut: Option<usize>,
 }

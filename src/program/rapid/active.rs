@@ -1,6 +1,9 @@
 //! `SetSysData`: the tool and the work object that count until the next move, for what asks for
 //! where the arm is; and the load, which counts as that of `GripLoad`.
 
+use nalgebra::Isometry3;
+
+use super::carried::{Carrier, Holds, WorkObject};
 use super::constants::predefined;
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr};
@@ -59,5 +62,28 @@ impl<'a> Interpreter<'a> {
     /// Why the tool or the work object of before is not known.
     pub(super) fn why_not_active(&self) -> Option<String> {
         self.active_unknown.then(|| OPEN.to_owned())
+    }
+
+    /// Whether a function gives the tool or the work object for which that of the job stands.
+    pub(super) fn gives_jobs(&self, key: &str) -> bool {
+        let has_moved = self.log.has_moved();
+        match key {
+            _ if self.active_unknown => false,
+            "ctool" => {
+                let of = |holds_work| if holds_work { Holds::Work } else { Holds::Tool };
+                let last = self.log.last().map(|last| (last.tcp, of(last.holds_work)));
+                match self.active_tool.or(last) {
+                    Some((tcp, holds)) => holds == Holds::Tool && Some(tcp) == self.settings.tcp,
+                    None => !has_moved,
+                }
+            }
+            "cwobj" => {
+                let WorkObject { on, frame } = &self.active_object;
+                let is_none = !has_moved && *frame == Isometry3::identity();
+                matches!(on, Carrier::Ground)
+                    && (is_none || Some(*frame) == self.settings.work_object)
+            }
+            _ => false,
+        }
     }
 }

@@ -50,6 +50,23 @@ const NUMBERS: [(&str, f64); 32] = [
     ("run_step_move", 5.0),
 ];
 
+/// Constants whose numbers are not read, beside those of errors.
+const UNREAD: &str = "\
+    eof_bin eof_num socket_bound socket_closed socket_connected socket_created socket_listening \
+    wait_max";
+
+/// Whether a name in lower case is that of the number of an error, which instructions give a
+/// `\BreakFlag` or ERRNO; the controller has 0 for none, and names such as these may be that.
+pub(super) fn is_error(key: &str) -> bool {
+    const NONE: [&str; 5] = ["err_none", "err_no", "err_no_error", "err_noerror", "err_ok"];
+    key.starts_with("err_") && !NONE.contains(&key)
+}
+
+/// Whether a name in lower case is that of a constant of the controller whose number is not read.
+pub(super) fn is_unread(key: &str) -> bool {
+    is_error(key) || UNREAD.split_ascii_whitespace().any(|own| own == key)
+}
+
 /// Sets of characters for functions of strings, by names in lower case.
 const CHARACTERS: [(&str, &str); 4] = [
     ("str_digit", "0123456789"),

@@ -6,16 +6,15 @@ use super::functions::{self, Given};
 use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::number::Number;
-use super::offered::FILE;
+use super::operators::binary;
 use super::outputs::WHOLE;
 use super::own_frame::as_own_frame;
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step, What};
 use super::texts;
-use super::value::{
-    Value, field, from_orientation, initial, initial_array, orientation, position, within_depth,
-    within_size,
-};
+use super::undeclared::{fields, no_component, shown_steps, undeclared};
+use super::value::{Value, field, initial, initial_array, within_depth, within_size};
 use super::walk::{functions_of, statements_in};
+use super::why::{COPY, FILE, Why};
 
 /// Where a datum lives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,6 +82,12 @@ impl<'a> Interpreter<'a> {
         if divides && second.num() == Ok(0.0) {
             self.stops_at("division by zero", vec![right]);
         }
+        let compares = matches!(operator, Operator::Equal | Operator::Unequal);
+        let is_no_error =
+            || self.is_no_error(&first, left, right) || self.is_no_error(&second, right, left);
+        if compares && is_no_error() {
+            return Value::Bool(operator == Operator::Unequal);
+        }
         known(binary(operator, &first, &second).and_then(functions::finite))
     }
 
@@ -119,7 +124,7 @@ impl<'a> Interpreter<'a> {
         let signal = self.signal_of(&path.name);
         if !std::ptr::eq(signal, &path.name) {
             let known = self.output(&signal.key).or_else(|| self.assumed(&signal.key));
-            return known.unwrap_or_else(|| Value::unknown(self.why_undeclared(signal)));
+            return known.unwrap_or_else(|| Value::Unknown(self.why_undeclared(signal)));
         }
         let Place { scope, key, way, kind } = match self.place(path) {
             Ok(place) => place,
@@ -130,11 +135,11 @@ impl<'a> Interpreter<'a> {
                 self.doubt_late(&path.name.key, &path.name);
                 let own = || self.assigned.get(path.name.key.as_str()).cloned();
                 let known = known.or_else(|| own().filter(|_| path.is_whole()));
-                let is_declared = self.is_declared(&path.name.key);
-                return known.unwrap_or_else(|| match is_declared {
-                    true => Value::unknown(why),
-                    false => Value::unknown(self.why_undeclared(&path.name)),
-                });
+                return match known {
+                    Some(known) => known,
+                    None if self.is_declared(&path.name.key) => Value::Unknown(why),
+                    None => self.undeclared_part(path),
+                };
             }
         };
         if scope == Scope::Module {
@@ -146,7 +151,7 @@ impl<'a> Interpreter<'a> {
             None => return Value::unknown(undeclared(&path.name)),
         };
         let mut own;
-        for index in way {
+        for (level, &index) in way.iter().enumerate() {
             if matches!(value, Value::Tool0 | Value::Wobj0) {
                 own = value.clone().in_parts(self.own_frames());
                 value = &own;
@@ -156,7 +161,10 @@ impl<'a> Interpreter<'a> {
                     Some(item) => item,
                     None => return Value::unknown(beyond(&path.name)),
                 },
-                Value::Unknown(_) => return value.clone(),
+                Value::Unknown(why) => {
+                    let steps = shown_steps(path, &way).split_off(level);
+                    return Value::Unknown(why.part(&steps.concat()));
+                }
                 _ => return Value::unknown(format!("'{}' has no parts", path.name.shown)),
             };
         }
@@ -267,7 +275,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Finds the datum and turns indices and fields into positions, working out globals on the way.
-    fn place(&mut self, path: &'a Path) -> Result<Place<'a>, String> {
+    fn place(&mut self, path: &'a Path) -> Result<Place<'a>, Why> {
         let mut key = path.name.key.as_str();
         let mut way = Vec::new();
         let local = self.frames.last().and_then(|frame| frame.get(key));
@@ -287,9 +295,9 @@ impl<'a> Interpreter<'a> {
                 self.work_out(declaration)?;
                 (Scope::Module, declaration.kind.as_str())
             }
-            (None, None) => return Err(undeclared(&path.name)),
+            (None, None) => return Err(undeclared(&path.name).into()),
         };
-        for step in &path.steps {
+        for (at, step) in path.steps.iter().enumerate() {
             match step {
                 Step::Index(indices) => {
                     for index in indices {
@@ -297,9 +305,16 @@ impl<'a> Interpreter<'a> {
                     }
                 }
                 Step::Field(name) => {
-                    let (index, inner) = field(self.file, kind, name).ok_or_else(|| {
-                        format!("'{}' ({kind}) has no component '{name}'", path.name.shown)
-                    })?;
+                    let Some((index, inner)) = field(self.file, kind, name) else {
+                        let why = no_component(self.file, &path.name, kind, name);
+                        let is_elsewhere = scope == Scope::Module && self.is_left_open(key, kind);
+                        let rest = fields(path, at).filter(|_| is_elsewhere);
+                        let shown = shown_steps(path, &way).concat();
+                        return Err(rest.map_or_else(
+                            || Why::from(why.clone()),
+                            |rest| Why::elsewhere(why.clone(), &format!("{key}{shown}{rest}")),
+                        ));
+                    };
                     way.push(index);
                     kind = inner;
                 }
@@ -327,8 +342,10 @@ impl<'a> Interpreter<'a> {
         Some(value)
     }
 
-    fn index(&mut self, index: &'a Expr, of: &Name) -> Result<usize, String> {
-        let number = self.eval(index).number()?.index()?;
+    pub(super) fn index(&mut self, index: &'a Expr, of: &Name) -> Result<usize, String> {
+        let number = self.eval(index).number().and_then(Number::index);
+        // What the index is not known by is not what the datum is not known by.
+        let number = number.map_err(|why| format!("index of '{}': {why}", of.shown))?;
         if number < 1.0 && number.fract() == 0.0 {
             self.stops_at(&format!("index {number} of '{}'", of.shown), vec![index]);
         }
@@ -336,7 +353,11 @@ impl<'a> Interpreter<'a> {
             // In 1..=u32::MAX and whole, checked above.
             Ok(number as usize - 1)
         } else {
-            Err(format!("index {number} of '{}' is not a whole number from 1", of.shown))
+            Err(format!(
+                "index {number} of '{}' is not a whole number from 1: {COPY}, or start the \
+                 program where it is set (path.program.procedure)",
+                of.shown
+            ))
         }
     }
 
@@ -399,12 +420,13 @@ impl<'a> Interpreter<'a> {
             (key, None) if declaration.is_persistent => {
                 let part = self.part_assumed(key);
                 let vain = part.map(|part| format!(" ('{part}' has no effect: {WHOLE})"));
-                Value::unknown(format!(
+                let why = format!(
                     "'{}' is PERS without a value in this file: another task has it; \
                      path.program.files in the job can name the module that gives it one{}",
                     declaration.name.shown,
                     vain.unwrap_or_default()
-                ))
+                );
+                Value::Unknown(Why::elsewhere(why, &declaration.name.shown))
             }
             (_, None) => self.blank(declaration),
         }
@@ -535,14 +557,15 @@ impl<'a> Interpreter<'a> {
                     self.not_in_file(self.line, &name.shown);
                 }
                 let given = self.assumed(&name.key).filter(|_| !is_calculation(&name.key));
-                given.unwrap_or_else(|| Value::unknown(self.why_unknown(name, args)))
+                given.unwrap_or_else(|| {
+                    let why = self.why_unknown(name, args);
+                    match self.gives_jobs(&name.key) {
+                        true => Value::Unknown(Why::elsewhere(why, &format!("{}()", name.shown))),
+                        false => Value::unknown(why),
+                    }
+                })
             }
         }
-    }
-
-    /// Why a name that no file declares has no value.
-    fn why_undeclared(&self, name: &Name) -> String {
-        self.why_lost(name).unwrap_or_else(|| undeclared(name))
     }
 
     /// A datum of the routine that runs.
@@ -574,120 +597,6 @@ fn named_stop_point(value: Value, expr: &Expr) -> Value {
     }
 }
 
-fn undeclared(name: &Name) -> String {
-    format!("'{}' is not declared in this file", name.shown)
-}
-
 pub(super) fn beyond(name: &Name) -> String {
     format!("an index of '{}' lies beyond its end", name.shown)
-}
-
-fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, String> {
-    use Operator as O;
-    match operator {
-        // A side that decides alone does so even where the other is not known.
-        O::And | O::Or => {
-            let decides = operator == O::Or;
-            match (left.bool(), right.bool()) {
-                (Ok(value), _) | (_, Ok(value)) if value == decides => Ok(Value::Bool(decides)),
-                (Ok(_), Ok(_)) => Ok(Value::Bool(!decides)),
-                (Err(why), _) | (_, Err(why)) => Err(why),
-            }
-        }
-        O::Xor => Ok(Value::Bool(left.bool()? != right.bool()?)),
-        O::Equal => equal(left, right).map(Value::Bool),
-        O::Unequal => equal(left, right).map(|same| Value::Bool(!same)),
-        O::Less | O::LessOrEqual | O::Greater | O::GreaterOrEqual => {
-            let order = left.number()?.order(right.number()?)?;
-            let is_so = match operator {
-                O::Less => order.is_lt(),
-                O::LessOrEqual => order.is_le(),
-                O::Greater => order.is_gt(),
-                _ => order.is_ge(),
-            };
-            Ok(Value::Bool(is_so))
-        }
-        O::Plus | O::Minus | O::Times | O::Over | O::Div | O::Mod => {
-            arithmetic(operator, left, right)
-        }
-    }
-}
-
-pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
-    match (left, right) {
-        (Value::Unknown(why), _) | (_, Value::Unknown(why)) => Err(why.to_string()),
-        (Value::List(left), Value::List(right)) => {
-            let mut same = left.len() == right.len();
-            for (left, right) in left.iter().zip(right) {
-                same &= equal(left, right)?;
-            }
-            Ok(same)
-        }
-        // A signal that is TRUE is 1.
-        (Value::Bool(truth), Value::Num(number)) | (Value::Num(number), Value::Bool(truth)) => {
-            number.is_same(Number::of(f64::from(u8::from(*truth))))
-        }
-        (Value::Num(left), Value::Num(right)) => left.is_same(*right),
-        _ => Ok(left == right),
-    }
-}
-
-fn arithmetic(operator: Operator, left: &Value, right: &Value) -> Result<Value, String> {
-    let each = |items: &[Value], apply: &dyn Fn(&Value) -> Result<Value, String>| {
-        items.iter().map(apply).collect::<Result<Vec<_>, _>>().map(Value::List)
-    };
-    match (left, right) {
-        (Value::Unknown(why), _) | (_, Value::Unknown(why)) => Err(why.to_string()),
-        (Value::Text(left), Value::Text(right)) if operator == Operator::Plus => {
-            Value::text(&format!("{left}{right}"))
-        }
-        // pos · pos is their cross product, orient · orient one turn after the other.
-        (Value::List(a), Value::List(b))
-            if operator == Operator::Times && a.len() == 3 && b.len() == 3 =>
-        {
-            let product = Value::nums(position(left)?.cross(&position(right)?).as_slice());
-            Ok(product.worked_out([left, right]))
-        }
-        (Value::List(a), Value::List(b))
-            if operator == Operator::Times && a.len() == 4 && b.len() == 4 =>
-        {
-            let product = from_orientation(&(orientation(left)? * orientation(right)?));
-            Ok(product.worked_out([left, right]))
-        }
-        // pos ± pos, by component; pos · num, num · pos, pos / num.
-        (Value::List(left), Value::List(right))
-            if matches!(operator, Operator::Plus | Operator::Minus)
-                && left.len() == 3
-                && right.len() == 3 =>
-        {
-            let pairs = left.iter().zip(right);
-            let sums = pairs.map(|(left, right)| arithmetic(operator, left, right));
-            sums.collect::<Result<Vec<_>, _>>().map(Value::List)
-        }
-        (Value::List(items), Value::Num(_))
-            if matches!(operator, Operator::Times | Operator::Over) && items.len() == 3 =>
-        {
-            each(items, &|item| arithmetic(operator, item, right))
-        }
-        (Value::Num(_), Value::List(items)) if operator == Operator::Times && items.len() == 3 => {
-            each(items, &|item| arithmetic(operator, left, item))
-        }
-        _ => {
-            let (left, right) = (left.number()?, right.number()?);
-            let divides = matches!(operator, Operator::Over | Operator::Div | Operator::Mod);
-            if divides && right.known()? == 0.0 {
-                return Err("division by zero".to_owned());
-            }
-            let result = match operator {
-                Operator::Plus => left.with(right, |left, right| left + right),
-                Operator::Minus => left.with(right, |left, right| left - right),
-                Operator::Times => left.with(right, |left, right| left * right),
-                Operator::Over => left.with(right, |left, right| left / right),
-                Operator::Div => left.divided(right)?,
-                Operator::Mod => left.remainder(right)?,
-                _ => return Err("expected an arithmetic operator".to_owned()),
-            };
-            Ok(Value::Num(result))
-        }
-    }
 }

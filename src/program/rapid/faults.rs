@@ -1,12 +1,13 @@
 //! Where the controller stops as it works something out, or does not load the program: a division
 //! by zero, an index beyond an array, a function of what it is not defined for, a constant that is
-//! set.
+//! set. And the numbers of its errors.
 
 use std::collections::HashSet;
 
-use super::constants::predefined;
+use super::constants::{is_error, predefined};
 use super::eval::{Scope, beyond};
 use super::interpreter::Interpreter;
+use super::operators::equal;
 use super::syntax::{Declaration, Expr, File, Path, Step, What};
 use super::value::Value;
 use super::walk::{names_in, statements_in};
@@ -49,6 +50,34 @@ impl<'a> Interpreter<'a> {
             "{what}: the controller stops here unless {unless}; it is read as if it went on"
         );
         self.log.warning(Code::MotionLeftOut, self.line, what);
+    }
+
+    /// Whether a value is 0, and what it is compared with the number of an error, which never is.
+    pub(super) fn is_no_error(&self, value: &Value, of: &Expr, other: &Expr) -> bool {
+        let Expr::Ref(path) = other else { return false };
+        let key = path.name.key.as_str();
+        value.num() == Ok(0.0)
+            && is_error(key)
+            && !self.is_declared(key)
+            && !self.settings.assume.contains_key(key)
+            && !names_in(vec![of]).iter().any(|name| self.may_be_set_in_handlers(&name.key))
+    }
+
+    /// Whether handlers of errors, which are not read, name a datum.
+    fn may_be_set_in_handlers(&self, key: &str) -> bool {
+        let mut routines = self.file.procedures.values().chain(self.file.functions.values());
+        routines.any(|own| own.in_handlers.contains(key))
+    }
+
+    /// Whether a value of CASE is the one that is tested.
+    pub(super) fn is_case(
+        &mut self,
+        value: &'a Expr,
+        (tested, of): (&Value, &Expr),
+    ) -> Result<bool, String> {
+        let own = self.eval(value);
+        let is_no_error = self.is_no_error(tested, of, value) || self.is_no_error(&own, value, of);
+        if is_no_error { Ok(false) } else { equal(&own, tested) }
     }
 
     /// Tells of an index beyond the end of an array.

@@ -4,11 +4,12 @@
 use super::instructions::{may_be_set, may_set};
 use super::interpreter::Interpreter;
 use super::modules::is_of_module;
-use super::offered::{COPY, is_plain};
+use super::offered::is_plain;
 use super::outputs::WHOLE;
 use super::syntax::{Args, Expr, Name, Optional, Path};
 use super::value::Value;
 use super::walk::{given, is_settable, names_in};
+use super::why::COPY;
 
 /// Instructions and functions that write into what they are given, and how many arguments stand
 /// before that.
@@ -134,9 +135,13 @@ impl<'a> Interpreter<'a> {
         }
         let kind = self.kind_of(key);
         let is_plain = kind.is_none_or(|kind| is_plain(self.file, kind)) && path.is_whole();
-        let hint = if is_plain { String::new() } else { format!("; {WHOLE}: {COPY}") };
+        let shown = &path.name.shown;
+        let hint = match is_plain {
+            true => format!("assume: {{\"{shown}\": …}} in the job can give it"),
+            false => format!("{WHOLE}: {COPY}"),
+        };
         let value = own.map_or_else(
-            || Value::unknown(format!("{by} '{}': known only at run time{hint}", path.name.shown)),
+            || Value::unknown(format!("{by} '{shown}': known only at run time; {hint}")),
             |own| Value::from(*own),
         );
         self.forget(&path.name, &value);

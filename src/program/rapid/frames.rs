@@ -6,8 +6,9 @@ use super::carried::{Carrier, Holds, ToolFrame, WorkObject};
 use super::eval::Scope;
 use super::interpreter::Interpreter;
 use super::own_frame::frame_of_tool;
-use super::syntax::{Args, Expr, Step};
+use super::syntax::{Args, Expr};
 use super::value::{Value, pose};
+use super::why::Why;
 use crate::motion::Work;
 use crate::notes::Code;
 use crate::program::log::Tool;
@@ -39,11 +40,14 @@ impl<'a> Interpreter<'a> {
         expr: &'a Expr,
     ) -> Result<ToolFrame, String> {
         let tool = self.eval(expr);
+        let why = match &tool {
+            Value::Unknown(why) => Some(why),
+            tool => tool.why_first_unknown(),
+        };
         let of_job = match (expr, &tool) {
-            (Expr::Ref(path), tool)
-                if matches!(tool, Value::Unknown(_)) || tool.why_first_unknown().is_some() =>
-            {
-                Some(Tool::Name(path.name.shown.clone()))
+            (Expr::Ref(path), _) if why.is_some() => {
+                let elsewhere = why.and_then(Why::of_other_file);
+                Some(Tool::Name(elsewhere.unwrap_or(&path.name.shown).to_owned()))
             }
             (_, Value::Tool0) if self.own_frames()[0].is_some() => {
                 Some(Tool::Name("tool0".to_owned()))
@@ -64,14 +68,14 @@ impl<'a> Interpreter<'a> {
         if let (Some(why), Some(tcp)) = (tool.why_first_unknown(), self.settings.tcp) {
             // A load alone says nothing of where it ends.
             let is_frame = !matches!(tool.part(1, "a tool"), Ok(Value::Unknown(_)));
-            let code = if is_frame { Code::ChangeIgnored } else { self.code_of_assumed(expr) };
+            let code = if is_frame { Code::ChangeIgnored } else { self.code_of_assumed(expr, why) };
             self.log.warning(code, line, format!("tool: {why}; the job's tcp is used"));
             return Ok((tcp, Holds::Tool));
         }
         match (tool, self.settings.tcp) {
             (Value::Tool0, _) => Ok((self.own_frames()[0].unwrap_or_default(), Holds::Tool)),
             (Value::Unknown(why), Some(tcp)) => {
-                let code = self.code_of_assumed(expr);
+                let code = self.code_of_assumed(expr, why);
                 self.log.warning(code, line, format!("tool: {why}; the job's tcp is used"));
                 Ok((tcp, Holds::Tool))
             }
@@ -86,13 +90,15 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// The job stands in for data of other files, but not for what the program itself sets.
-    fn code_of_assumed(&self, expr: Option<&Expr>) -> Code {
+    /// The job stands in for data of other files, but not for what the program itself sets, or
+    /// what the run decides.
+    pub(super) fn code_of_assumed(&self, expr: Option<&Expr>, why: &Why) -> Code {
         match expr {
             Some(Expr::Ref(path)) if self.assigned.contains_key(path.name.key.as_str()) => {
                 Code::ChangeIgnored
             }
-            _ => Code::Assumed,
+            _ if why.of_other_file().is_some() => Code::Assumed,
+            _ => Code::ChangeIgnored,
         }
     }
 
@@ -124,10 +130,9 @@ impl<'a> Interpreter<'a> {
                 Ok(WorkObject::fixed(frame.unwrap_or_default()))
             }
             (Value::Unknown(why), Some(frame)) => {
-                let mut code = self.code_of_assumed(args.optional_value("wobj"));
+                let mut code = self.code_of_assumed(args.optional_value("wobj"), why);
                 let mut what = format!("work object: {why}; the job's work_object is used");
-                let element = self.element_of(args.optional_value("wobj"));
-                self.objects_of_job.insert(format!("{}{element}", why.to_lowercase()));
+                self.objects_of_job.insert(why.of_other_file().unwrap_or(why).to_lowercase());
                 if self.objects_of_job.len() > 1 {
                     // They differ, or there would be one.
                     code = Code::ChangeIgnored;
@@ -152,20 +157,6 @@ impl<'a> Interpreter<'a> {
                 object.map_err(|why| format!("work object: {why}"))
             }
         }
-    }
-
-    /// Which element of a list a work object is: one that is not known is another each time.
-    fn element_of(&mut self, object: Option<&'a Expr>) -> String {
-        let Some(Expr::Ref(path)) = object else { return String::new() };
-        let indices = path.steps.iter().flat_map(|step| match step {
-            Step::Index(indices) => indices.as_slice(),
-            Step::Field(_) => &[],
-        });
-        let shown = indices.map(|index| match self.eval(index).num() {
-            Ok(number) => format!("{{{number}}}"),
-            Err(_) => format!("{{? {}}}", self.objects_of_job.len()),
-        });
-        shown.collect()
     }
 
     /// uframe ∘ oframe of a work object, in the frame of what carries it.

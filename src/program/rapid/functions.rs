@@ -1,7 +1,7 @@
 //! RAPID's own functions, as far as targets and speeds are computed with them. Lengths in mm and
 //! angles in degrees, as RAPID has them.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::bits;
 use super::number::Number;
@@ -84,6 +84,7 @@ fn worked_out(key: &str, given: &Given) -> Option<Result<Value, String>> {
             .and_then(pose)
             .map(|given| Value::List(from_pose(&given.inverse()).to_vec())),
         "posevect" => pose_vect(given),
+        "defframe" => def_frame(given),
         "orientzyx" => orient_zyx(given),
         "eulerzyx" => euler_zyx(given),
         "norient" => given.at(0).and_then(normalised),
@@ -211,6 +212,27 @@ fn pose_vect(given: &Given) -> Result<Value, String> {
     let at = position(given.at(1)?)?;
     let rotated = frame.rotation * at + frame.translation.vector.map(crate::units::mm_from_m);
     Ok(Value::nums(rotated.as_slice()))
+}
+
+/// `DefFrame(p1, p2, p3 \Origin)`: x from p1 through p2, p3 on the side of y; the origin in p1, in
+/// p2, or where the y axis goes through p3.
+fn def_frame(given: &Given) -> Result<Value, String> {
+    /// Points nearer than this give no direction.
+    const NEAR_MM: f64 = 0.1;
+    let at = |index: usize| position(given.at(index)?.part(0, "a robtarget")?);
+    let (first, second, third) = (at(0)?, at(1)?, at(2)?);
+    let x = (second - first).try_normalize(NEAR_MM).ok_or("the first two points are one")?;
+    let z = x.cross(&(third - first)).try_normalize(NEAR_MM);
+    let z = z.ok_or("the three points lie on a line")?;
+    let origin = match given.option("origin").map(Value::num).transpose()? {
+        None | Some(1.0) => first,
+        Some(2.0) => second,
+        Some(3.0) => first + x * x.dot(&(third - first)),
+        Some(other) => return Err(format!("\\Origin is {other}, expected 1, 2 or 3")),
+    };
+    let axes = Rotation3::from_basis_unchecked(&[x, z.cross(&x), z]);
+    let turned = UnitQuaternion::from_rotation_matrix(&axes);
+    Ok(Value::List(vec![Value::nums(origin.as_slice()), from_orientation(&turned)]))
 }
 
 /// Rotations about z, the new y and the new x axis.

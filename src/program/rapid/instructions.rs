@@ -56,7 +56,7 @@ pub(super) fn copies(key: &str) -> bool {
 }
 
 /// Whether an instruction of the controller calibrates a tool by targets, or follows a sensor.
-pub(super) fn is_calibration(key: &str) -> bool {
+fn is_calibration(key: &str) -> bool {
     matches!(
         key,
         "mtooltcpcalib" | "mtoolrotcalib" | "stooltcpcalib" | "stoolrotcalib" | "synctosensor"
@@ -70,9 +70,9 @@ pub(super) fn displaces(key: &str) -> bool {
 
 /// Names that only motion has, beside those that are read.
 pub(super) fn sounds_like_motion(key: &str) -> bool {
-    const STARTS: [&str; 11] = [
+    const STARTS: [&str; 12] = [
         "move", "search", "trigg", "arcl", "arcc", "arcmove", "smove", "fcpress", "indamove",
-        "indrmove", "egmmove",
+        "indrmove", "egmmove", "egmrun",
     ];
     // Of options for painting, welding, dispensing, and of sensors.
     const OTHERS: [&str; 15] = [
@@ -80,6 +80,31 @@ pub(super) fn sounds_like_motion(key: &str) -> bool {
         "paintl", "spotj", "spotl", "spotmj", "spotml",
     ];
     STARTS.iter().any(|start| key.starts_with(start)) && !is_ignored(key) || OTHERS.contains(&key)
+}
+
+/// Why a call that moves, by its name or by what it is given, is not read, and what helps.
+pub(super) fn why_not_read(key: &str, shown: &str) -> String {
+    const FILES: &str = "in no file that is read: path.program.files in the job can name its file";
+    // The controller's own have no such names.
+    let is_programs = key.contains('_') || key.starts_with("move") && key != "moveextj";
+    // `EGMRunPose`, `EGMRunJoint`.
+    if key.starts_with("egmrun") {
+        format!(
+            "'{shown}' moves the robot by what comes from outside, and no program says where to: \
+             leave it out of a copy of the program"
+        )
+    } else if sounds_like_motion(key) && is_programs {
+        format!("'{shown}' moves by its name, and is {FILES}")
+    } else if sounds_like_motion(key) {
+        format!("instruction '{shown}' moves and is not understood")
+    } else if is_calibration(key) {
+        format!(
+            "'{shown}' is an instruction of the controller, and what it does is not read: leave it \
+             out of a copy of the program, and write what it would set there"
+        )
+    } else {
+        format!("'{shown}' moves to what it is given, and is {FILES}")
+    }
 }
 
 /// Instructions without motion of their own and without effect on later motion.
@@ -246,31 +271,31 @@ pub(super) fn is_own_function(key: &str) -> bool {
         abs absdnum acos acosdnum ainput aoutput argname asin asindnum atan atan2 atan2dnum \
         atandnum bitand bitanddnum bitcheck bitcheckdnum bitlsh bitlshdnum bitneg bitnegdnum \
         bitor bitordnum bitrsh bitrshdnum bitxor bitxordnum bytetostr calcjointt calcrobt \
-        calcrotaxframez calcrotaxisframe cdate cjointt clkread corrread cos cosdnum cpos \
-        crobt crossprod cspeedoverride ctime ctool cwobj dectohex defaccframe defdframe \
-        defframe dim dinput distance dnumtonum dnumtostr dotprod doutput eulerzyx eventtype \
-        exechandler execlevel exp filesize filetime fssize getmecunitname getmotortorque \
-        getnextmechunit getnextsym getserviceinfo getsignalorigin getsysinfo gettaskname \
-        gettime ginput ginputdnum goutput goutputdnum hextodec indinpos indspeed \
-        iodevicestate iounitstate isfile ismechunitactive ispers isstopmoveact \
-        isstopstateevent issyncmoveon issysid isvar max maxrobreorientspeed maxrobspeed min \
-        mirpos modexist modtime motionplannerno nonmotionmode norient numtodnum numtostr \
-        offs opmode orientzyx orobt paridposvalid paridrobvalid pathlevel pfrestart poseinv \
-        posemult posevect pow powdnum ppmovedinmanmode present progmemfree rawbyteslen \
-        readbin readdir readmotor readnum readstr readstrbin readvar reltool \
-        remainingretries rmqgetslotname robname robos round rounddnum runmode sin sindnum \
-        socketgetstatus socketpeek sqrt sqrtdnum strdigcalc strdigcmp strfind strformat \
-        strlen strmap strmatch strmemb strorder strpart strtobyte strtoval tan tandnum \
-        taskisactive taskisexecuting taskrunmec taskrunrob tasksinsync testandset testdi \
-        testsignread textget texttabfreetouse texttabinstall triggdatavalid trunc truncdnum \
-        type uialphaentry uiclientexist uidnumentry uidnumtune uilistview uimessagebox \
-        uinumentry uinumtune validio valtostr vectmagn";
+        calcrotaxframez calcrotaxisframe camnumberofresults cdate cjointt clkread corrread cos \
+        cosdnum cpos crobt crossprod cspeedoverride ctime ctool cwobj dectohex defaccframe \
+        defdframe defframe dim dinput distance dnumtonum dnumtostr dotprod doutput egmgetstate \
+        eulerzyx eventtype exechandler execlevel exp fcgetforce fcisforcemode filesize filetime \
+        fssize getaxisdistance getmecunitname getmodalpayloadmode getmotortorque getnextmechunit \
+        getnextsym getserviceinfo getsignalorigin getsysinfo gettaskname gettime ginput \
+        ginputdnum goutput goutputdnum hextodec indinpos indspeed iodevicestate iounitstate \
+        iscyclicbool isfile ismechunitactive ispers isstopmoveact isstopstateevent issyncmoveon \
+        issysid isvar max maxrobreorientspeed maxrobspeed min mirpos modexist modtime \
+        motionplannerno nonmotionmode norient numtodnum numtostr offs opmode orientzyx orobt \
+        paridposvalid paridrobvalid pathlevel pfrestart poseinv posemult posevect pow powdnum \
+        ppmovedinmanmode present progmemfree rawbyteslen readbin readdir readmotor readnum \
+        readstr readstrbin readvar reltool remainingretries rmqgetslotname robname robos round \
+        rounddnum runmode sin sindnum socketgetstatus socketpeek sqrt sqrtdnum strdigcalc \
+        strdigcmp strfind strformat strlen strmap strmatch strmemb strorder strpart strtobyte \
+        strtoval tan tandnum taskisactive taskisexecuting taskrunmec taskrunrob tasksinsync \
+        testandset testdi testsignread textget texttabfreetouse texttabget texttabinstall \
+        triggdatavalid trunc truncdnum type uialphaentry uiclientexist uidnumentry uidnumtune \
+        uilistview uimessagebox uinumentry uinumtune validio valtostr vectmagn";
     OWN.split(' ').any(|own| own == key)
 }
 
 /// Whether a function of the controller gives a text, a frame or a tool.
 pub(super) fn gives_no_number(key: &str) -> bool {
-    const OTHER: [&str; 19] = [
+    const OTHER: [&str; 20] = [
         "argname",
         "cdate",
         "corrread",
@@ -279,6 +304,7 @@ pub(super) fn gives_no_number(key: &str) -> bool {
         "cwobj",
         "dectohex",
         "dnumtostr",
+        "fcgetforce",
         "getmecunitname",
         "getserviceinfo",
         "getsysinfo",

@@ -6,7 +6,6 @@ use super::constants::predefined;
 use super::filled::filled;
 use super::interpreter::{Flow, Interpreter};
 use super::number::{Count, Number};
-use super::offered::COPY;
 use super::outputs::references;
 use super::sets::{CHANGE, set_within};
 use super::syntax::{Block, Declaration, Expr, Name, What};
@@ -16,6 +15,7 @@ use super::walk::{
     all_of, blocks_in, blocks_within, calls_in, expressions_in, functions_of, names_in,
     statements_in,
 };
+use super::why::COPY;
 use crate::notes::Code;
 
 const ENDLESS: &str =

@@ -11,6 +11,7 @@ use super::number::Number;
 use super::syntax::{Args, Expr, Name, Path};
 use super::value::{NO_AXIS, Value, from_pose, pose};
 use super::walk::Named;
+use super::why::Why;
 use crate::motion::{Configuration, Target, Turning, Work};
 use crate::notes::Code;
 use crate::program::log::States;
@@ -403,6 +404,43 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
+    /// The job's feed for a speed that is not known; the first of all moves needs none.
+    fn unstated(&mut self, line: usize, expr: &Expr, why: &Why) -> Result<Pace, String> {
+        let code = match self.log.has_moved() {
+            true => self.code_of_assumed(Some(expr), why),
+            false => Code::Assumed,
+        };
+        let help = why.help();
+        if self.log.has_moved() && self.settings.feed_m_per_s.is_none() {
+            return Err(format!(
+                "speed: {why}{help}; or feed_mm_per_min in the job's operation stands for it"
+            ));
+        }
+        let help = if code == Code::Assumed { "" } else { &help };
+        self.log.warning(code, line, format!("speed: {why}{help}; the job's feed is used"));
+        Ok(Pace::Unstated)
+    }
+
+    /// Tells where a speed is known, and the one at which the tool turns is not.
+    fn doubt_turning(&mut self, line: usize, expr: &Expr, speed: &Value) {
+        let why = match speed.part(1, "a speeddata") {
+            _ if !matches!(speed, Value::List(_)) => return,
+            Ok(Value::Unknown(why)) => why.clone(),
+            part => match part.and_then(Value::num) {
+                Err(why) => Why::from(why),
+                Ok(_) => return,
+            },
+        };
+        // The first of all moves takes no time.
+        let code = match self.log.has_moved() {
+            true => self.code_of_assumed(Some(expr), &why),
+            false => Code::Assumed,
+        };
+        let help = if code == Code::Assumed { String::new() } else { why.help() };
+        let what = format!("v_ori: {why}{help}; turns of the tool are not slowed by it");
+        self.log.warning(code, line, what);
+    }
+
     /// Speed of the tool centre point, of a speeddata and `\V` in mm/s.
     fn pace(
         &mut self,
@@ -414,11 +452,7 @@ impl<'a> Interpreter<'a> {
         let (share, limit) = self.velocity;
         let share = share * self.over;
         let turning = data.part(1, "a speeddata").and_then(Value::num);
-        // Of one that is not known as a whole that is told.
-        if let (Err(why), Value::List(_)) = (&turning, &data) {
-            let what = format!("v_ori: {why}; turns of the tool are not slowed by it");
-            self.log.warning(Code::Assumed, line, what);
-        }
+        self.doubt_turning(line, expr, &data);
         self.log.turns_at(turning.ok().map(|speed| rad_from_deg(speed) * share));
         let external = [2, 3].map(|part| {
             data.part(part, "a speeddata").and_then(Value::num).ok().map(|speed| speed * share)
@@ -432,14 +466,7 @@ impl<'a> Interpreter<'a> {
         }
         let mm_per_s = match (speed, &data) {
             (Some((speed, _)), _) => speed.num().map_err(|why| format!("speed: {why}"))?,
-            (None, Value::Unknown(why)) => {
-                self.log.warning(
-                    Code::Assumed,
-                    line,
-                    format!("speed: {why}; the job's feed is used"),
-                );
-                return Ok(Pace::Unstated);
-            }
+            (None, Value::Unknown(why)) => return self.unstated(line, expr, why),
             (None, data) => data
                 .part(0, "a speeddata")
                 .and_then(Value::num)

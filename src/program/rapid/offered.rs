@@ -9,12 +9,6 @@ use super::syntax::{Args, Block, Expr, File, Parameter, Path, Step, What};
 use super::value::{Value, field, initial};
 use super::walk::{all_of, expressions_in, statements_in};
 
-/// What helps where it cannot.
-pub(super) const COPY: &str = "write the value into a copy of the program";
-
-/// What helps where a declaration is missed.
-pub(super) const FILE: &str = "path.program.files in the job can name the file that declares it";
-
 /// Functions that shift a target, their first argument.
 const SHIFT: [&str; 2] = ["offs", "reltool"];
 

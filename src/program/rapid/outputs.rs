@@ -1,13 +1,13 @@
 //! Outputs that the program sets and asks for: known only where nothing but its own order of
 //! instructions sets them.
 
-use super::instructions::is_calculation;
+use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::Interpreter;
 use super::number::Number;
-use super::offered::COPY;
 use super::syntax::{Args, Expr, Name, Optional};
 use super::timed::SETS;
 use super::value::Value;
+use super::why::{COPY, FILE};
 use crate::notes::Code;
 
 /// Functions that read a signal, their argument.
@@ -208,7 +208,17 @@ impl<'a> Interpreter<'a> {
         if is_calculation(&function.key) {
             return format!("function '{}' is not read: {COPY}", function.shown);
         }
-        let head = format!("function '{}' is known only at run time", function.shown);
+        let shown = &function.shown;
+        if !is_own_function(&function.key) {
+            let what = format!("function '{shown}' is in no file that is read: {FILE}");
+            return match self.gives_other(&function.key) {
+                true => what,
+                false => format!(
+                    "{what}, or assume: {{\"{shown}\": …}} can give it, the same for each call"
+                ),
+            };
+        }
+        let head = format!("function '{shown}' is known only at run time");
         let signal = match args.positional.first() {
             Some(Expr::Ref(signal)) => Some(self.signal_of(&signal.name)),
             _ => None,
@@ -227,8 +237,7 @@ impl<'a> Interpreter<'a> {
                  call"
             ),
             _ => format!(
-                "{head}; assume: {{\"{}\": …}} in the job can give it, the same for each call",
-                function.shown
+                "{head}; assume: {{\"{shown}\": …}} in the job can give it, the same for each call"
             ),
         }
     }

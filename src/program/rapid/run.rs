@@ -2,20 +2,18 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::eval::equal;
 use super::filled::filled;
 use super::instructions::{self, is_own_function, is_synced};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
-use super::number::{Number, WRITE};
-use super::offered::{COPY, FILE};
+use super::number::Number;
 use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
 use super::walk::{blocks_in, functions_in, functions_of, names_in, statements_in};
+use super::why::hint;
 use crate::motion::Turning;
 use crate::notes::Code;
 use crate::program::cell::Given;
-use crate::program::single;
 use crate::program::spindle_names::is_spindles;
 
 /// The instruction that says what the gripper holds.
@@ -177,8 +175,7 @@ impl<'a> Interpreter<'a> {
             What::Test(tested, cases, otherwise) => {
                 let blocks = cases.iter().map(|(_, body)| body).chain([otherwise]);
                 self.doubt_shared(line, "TEST", vec![tested], blocks.collect());
-                let tested = self.eval(tested);
-                return self.test(line, &tested, cases, otherwise);
+                return self.test(line, tested, cases, otherwise);
             }
             What::CallByName(name, args, among) => {
                 return self.call_by_name(line, name, args, among);
@@ -244,12 +241,8 @@ impl<'a> Interpreter<'a> {
         for effect in [asked].into_iter().chain(effects).collect::<Vec<_>>() {
             match effect {
                 Effect::Motion => {
-                    // Where the cause is a signal that is read, its name is told already; strings
-                    // it does not give.
-                    let told = ["assume: {", single::COUNT, COPY, FILE, WRITE];
-                    let is_told = told.iter().any(|own| why.contains(own));
-                    let hint = if is_told { "" } else { "; assume: in the job can settle it" };
-                    let what = format!("{keyword} decides about motion at run time: {why}{hint}");
+                    let what =
+                        format!("{keyword} decides about motion at run time: {why}{}", hint(why));
                     self.log.error(Code::Motion, line, what);
                     return Flow::Next;
                 }
@@ -402,6 +395,10 @@ impl<'a> Interpreter<'a> {
         let key = path.name.key.as_str();
         self.forget_name(key);
         if self.is_declared(key) {
+            // It is no longer what another file says.
+            let own = self.frames.last().and_then(|frame| frame.get(key));
+            let module = own.and_then(|own| own.stands_for.as_ref()).map(|(module, _)| *module);
+            self.written.insert(module.unwrap_or(key));
             return;
         }
         self.doubt_order(key, &path.name);
@@ -426,14 +423,15 @@ impl<'a> Interpreter<'a> {
     fn test(
         &mut self,
         line: usize,
-        tested: &Value,
+        tested: &'a Expr,
         cases: &'a [(Vec<Expr>, Block)],
         otherwise: &'a Block,
     ) -> Flow {
+        let known = self.eval(tested);
         for (index, (values, body)) in cases.iter().enumerate() {
             let mut unknown = None;
             for value in values {
-                match equal(&self.eval(value), tested) {
+                match self.is_case(value, (&known, tested)) {
                     Ok(true) => return self.block(body),
                     Ok(false) => {}
                     Err(why) => unknown = Some(why),
@@ -525,21 +523,7 @@ impl<'a> Interpreter<'a> {
             _ if instructions::sounds_like_motion(key)
                 || !instructions::copies(key) && self.passes_a_target(args) =>
             {
-                let shown = &name.shown;
-                let what = if instructions::sounds_like_motion(key) {
-                    format!("instruction '{shown}' moves and is not understood")
-                } else if instructions::is_calibration(key) {
-                    format!(
-                        "'{shown}' is an instruction of the controller, and what it does is not \
-                         read: leave it out of a copy of the program, and write what it would set \
-                         there"
-                    )
-                } else {
-                    format!(
-                        "'{shown}' moves to what it is given, and is in no file that is read: \
-                         path.program.files in the job can name its file"
-                    )
-                };
+                let what = instructions::why_not_read(key, &name.shown);
                 self.log.error(Code::Motion, line, what);
                 self.fill_found(name, args);
             }

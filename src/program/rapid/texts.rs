@@ -4,9 +4,9 @@
 use super::functions::Given;
 use super::interpreter::Interpreter;
 use super::number::Number;
-use super::offered::COPY;
 use super::syntax::{Args, Expr};
 use super::value::Value;
+use super::why::COPY;
 
 /// The value of function `key` (lower case); `None` if there is no such function here.
 pub(super) fn call(key: &str, given: &Given) -> Option<Result<Value, String>> {

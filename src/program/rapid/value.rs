@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::number::Number;
 use super::syntax::File;
+use super::why::Why;
 use crate::program::Assumed;
 use crate::units::{m_from_mm, mm_from_m};
 
@@ -41,7 +42,7 @@ pub(super) enum Value {
     /// An optional parameter that the caller left out.
     Absent,
     /// Known only at run time, declared elsewhere or wrong: why.
-    Unknown(Rc<str>),
+    Unknown(Why),
 }
 
 impl From<Assumed> for Value {
@@ -55,7 +56,7 @@ impl From<Assumed> for Value {
 
 impl Value {
     pub(super) fn unknown(why: impl Into<String>) -> Self {
-        Self::Unknown(Rc::from(why.into()))
+        Self::Unknown(Why::from(why.into()))
     }
 
     pub(super) fn text(text: &str) -> Result<Self, String> {
@@ -174,7 +175,7 @@ impl Value {
     }
 
     /// Why the first component of a record is not known, and so the record as such.
-    pub(super) fn why_first_unknown(&self) -> Option<&str> {
+    pub(super) fn why_first_unknown(&self) -> Option<&Why> {
         match self {
             Self::List(parts) => match parts.first() {
                 Some(Self::Unknown(why)) => Some(why),
@@ -356,7 +357,7 @@ pub(super) fn initial(file: &File, kind: &str) -> Value {
 
 fn initial_at(file: &File, kind: &str, depth: usize) -> Value {
     match kind {
-        "num" | "dnum" | "intnum" | "byte" => return Value::Num(Number::of(0.0)),
+        "num" | "dnum" | "intnum" | "byte" | "errnum" => return Value::Num(Number::of(0.0)),
         "bool" => return Value::Bool(false),
         "string" => return Value::Text(Rc::from("")),
         _ => {}

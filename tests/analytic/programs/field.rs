@@ -272,9 +272,17 @@ fn a_length_by_a_parameter_that_is_not_set() {
     let call = "G21 G90 G94 G0 X0 Y0 Z50\nG65 P9 H#518\nM30\nO9\nG1 X100 F500\nM99\n";
     refused(call, Dialect::GCode, "#518 is read, and the program has not set it");
     refused("G21 G90 G0 X0 Y0 Z50\nG43 H[1/0] Z5\n", Dialect::GCode, "division by zero");
-    // A centre that is written as a place.
+}
+
+/// A centre that is written as a place.
+#[test]
+fn a_centre_that_fits_as_a_place() {
     let arc = "G21 G90 G94 G0 X100 Y0 Z0\nG2 X0 Y-100 I0 J0 F100\n";
     refused(arc, Dialect::GCode, "as places (G90.1) I, J and K fit");
+    // About a centre far away any short way nearly closes.
+    let spiral = "G21 G90 G94 G0 X200 Y0 Z0\nG3 X199.5 Y0 I-5.4 J0 F100\n";
+    let found = faults(spiral, Dialect::GCode);
+    assert!(!found[0].what.contains("G90.1"), "{found:?}");
 }
 
 /// Of a direction, components that are not given are zero (Siemens, SINUMERIK 840D sl, Job planning).

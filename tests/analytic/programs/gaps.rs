@@ -162,10 +162,46 @@ fn an_offset_condition_of_tp_shifts_what_names_no_register() {
     assert_refused(&other, 7, "behind no OFFSET CONDITION");
     let changed = shifted(&format!("{both}PR[5,1]=8 ;\n{offset}"));
     assert_refused(&changed, 9, "PR[5] has changed since OFFSET CONDITION");
-    let framed = shifted("OFFSET CONDITION PR[5],UFRAME[2] ;\n");
-    assert_refused(&framed, 6, "expected OFFSET CONDITION PR[n]");
+    for text in ["OFFSET CONDITION PR[5],UTOOL[1]", "OFFSET CONDITION PR[5],UFRAME[1],2"] {
+        let said = "expected OFFSET CONDITION PR[n] or OFFSET CONDITION PR[n],UFRAME[m]";
+        assert_refused(&shifted(&format!("{text} ;\n")), 6, said);
+    }
     let unknown = tp(&format!("OFFSET CONDITION PR[5] ;\n{START}{offset}"));
     assert_refused(&unknown, 5, "assume: {\"PR[5]\": 0}");
+}
+
+/// 7 mm along x of frame 1 are along y of the robot, and along x of frame 0 are along x. Tool 2 is turned by 90° about
+/// z: its x axis is y of tool 1, which points down with its y axis against that of the frame, along x of the robot.
+#[test]
+fn an_offset_condition_of_tp_may_name_its_frame_or_tool() {
+    let mut job = job(&[("pr[5]", Assumed::Number(0.0))]);
+    let shifted = |condition: &str, job: &Settings| {
+        let own = if condition.starts_with('T') { "Tool_Offset" } else { "Offset" };
+        let text = format!("{condition} ;\n{START}L P[2] 9mm/sec FINE {own} ;\n");
+        tp_with(&format!("PR[5,1]=7 ;\n{text}"), job)
+    };
+    let ends = |condition: &str, job: &Settings, at_mm: [f64; 3]| {
+        let expected = [('T', [1000.0, 0.0, 0.0]), ('L', at_mm)];
+        assert_ends(&shifted(condition, job).unwrap(), &expected);
+    };
+    ends("OFFSET CONDITION PR[5],UFRAME[1]", &job, [995.0, 17.0, 0.0]);
+    ends("OFFSET CONDITION PR[5:by],UFRAME[0:base]", &job, [1002.0, 10.0, 0.0]);
+    ends("TOOL_OFFSET CONDITION PR[5],UTOOL[1]", &job, [995.0, 17.0, 0.0]);
+    for (condition, key) in [
+        ("OFFSET CONDITION PR[5],UFRAME[2]", "path.program.base_frames: {2: …}"),
+        ("TOOL_OFFSET CONDITION PR[5],UTOOL[2]", "path.program.tool_frames: {2: …}"),
+    ] {
+        assert_refused(&shifted(condition, &job), 6, key);
+    }
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    job.base_frames.insert(2, pose([0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]));
+    job.tool_frames.insert(2, pose([0.0, 0.0, 250.0], [half, 0.0, 0.0, half]));
+    ends("OFFSET CONDITION PR[5],UFRAME[2]", &job, [1002.0, 10.0, 0.0]);
+    ends("TOOL_OFFSET CONDITION PR[5],UTOOL[2]", &job, [1002.0, 10.0, 0.0]);
+    // A frame that is set anew may be the old one there, or the new one.
+    let set = "PR[7]=UFRAME[1] ;\nOFFSET CONDITION PR[5],UFRAME[2] ;\nUFRAME[2]=PR[7] ;\n";
+    let found = tp_with(&format!("{set}{START}L P[2] 9mm/sec FINE Offset ;\n"), &job);
+    assert_refused(&found, 7, "behind no OFFSET CONDITION");
 }
 
 #[test]

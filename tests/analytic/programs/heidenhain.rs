@@ -83,6 +83,59 @@ fn codes_that_move_in_blocks_of_their_own() {
     assert_eq!(alone.moves.len(), 5);
 }
 
+/// What belongs to a code that is not there is not dropped.
+#[test]
+fn words_of_a_code_behind_a_line() {
+    let of = |block: &str| {
+        let text = format!(
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S3000 F300\nL X+0 Y+0 Z+10 R0 FMAX M3\n{block}\n\
+             L X+20\nEND PGM A MM\n"
+        );
+        conversational(&text)
+    };
+    for (block, said) in [
+        ("L X+5 LA5", "'LA' without M120"),
+        ("L X+5 M121 LA5", "'LA' without M120"),
+        ("L X+5 MB 10", "'MB' without M140"),
+        ("L X+5 M120 MB 10", "'MB' without M140"),
+        ("L Z+5 MB MAX FMAX", "'MB' without M140"),
+    ] {
+        let found = of(block).unwrap_err();
+        assert_eq!(found.len(), 1, "{block}: {found:?}");
+        assert!(at(&found[0]) == 4 && found[0].what.contains(said), "{block}: {found:?}");
+    }
+    assert!(of("L X+5 M120 LA5").is_ok());
+}
+
+/// M104, M142 and M143 before the path starts, where the job's work object says what holds, and
+/// behind.
+#[test]
+fn codes_that_change_where_the_work_is() {
+    let of = |head: &str, code: &str| {
+        let text = format!(
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S3000 F300\n{head}\nL X+0 Y+0 Z+10 R0 FMAX M3\nL X+5\n\
+             {code}\nL X+20\nEND PGM A MM\n"
+        );
+        conversational(&text)
+    };
+    for code in ["M104", "M142", "M143", "L X+9 M143"] {
+        let program = of("M8", code).unwrap();
+        let told = program.warnings.iter().filter(|note| note.code == Code::ChangeIgnored);
+        assert_eq!(told.map(at).collect::<Vec<_>>(), [6], "{code}");
+    }
+    for code in ["M142", "M143"] {
+        let before = of(code, "M9").unwrap();
+        assert!(before.warnings.iter().all(|note| note.code != Code::ChangeIgnored), "{code}");
+        let left_out = |note: &Note| note.code == Code::LeftOut && at(note) == 3;
+        assert!(before.warnings.iter().any(left_out), "{code}");
+    }
+    let end = of("M8", "L X+9 R0 FMAX M142 M30").unwrap();
+    assert!(end.warnings.iter().all(|note| note.code != Code::ChangeIgnored), "{end:?}");
+    // Shifts of the work go.
+    let found = of("TRANS DATUM AXIS X+5", "M142").unwrap_err();
+    assert!(at(&found[0]) == 6 && found[0].what.contains("write cycle 7"), "{found:?}");
+}
+
 /// Told where it is defined, and not at every call.
 #[test]
 fn a_cycle_without_its_words_is_refused_where_it_is_defined() {

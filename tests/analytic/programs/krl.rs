@@ -484,3 +484,78 @@ fn lines_that_need_what_the_file_lacks_say_so() {
     refused(with("LIN {X 1} $VEL=5", &settings()), "behind the target is not understood");
     refused(with("RSI_MOVECORR()", &settings()), "sensors move the robot there");
 }
+
+/// A proxy sets a datum from outside: what the loop does then is not in its first pass.
+#[test]
+fn an_endless_loop_names_what_it_waits_for() {
+    const LOOP: &str = "LOOP\nSWITCH COM\nCASE 3\nLIN {X 9}\nENDSWITCH\nENDLOOP";
+    let told = |program: &Program| {
+        let own = program.warnings.iter().find(|note| note.what.starts_with("an endless loop"));
+        own.map(|note| (at(note), note.what.clone())).unwrap()
+    };
+    let program = krl(&format!("{START}\nCOM=0\n{LOOP}"));
+    let (line, what) = told(&program);
+    assert_eq!((program.moves.len(), line, doubts(&program).len()), (1, 5, 1));
+    for said in ["what moves from line 8 on depends on COM", "assume: {\"COM\": …} in the job"] {
+        assert!(what.contains(said), "{what}");
+    }
+    let given = with(&format!("{START}\n{LOOP}"), &assuming("com", 3.0)).unwrap();
+    assert_eq!(x(&given), [0.0, 9.0]);
+    // Others do not see what the routine declares.
+    let own = krl(&format!("DECL INT COM\n{START}\nCOM=0\n{LOOP}"));
+    assert!(!told(&own).1.contains("depends on"));
+    // Nor do they change constants, nor where the robot is; a component is named as such.
+    let of = |condition: &str| {
+        format!("{START}\nLOOP\nIF {condition} THEN\nLIN {{X 9}}\nENDIF\nENDLOOP")
+    };
+    let data = listed("DECL CONST INT MAXC=3\nDECL INT COM=3");
+    let what = told(&with(&of("COM==MAXC"), &data).unwrap()).1;
+    assert!(what.contains("from line 6 on depends on COM, "), "{what}");
+    assert!(!told(&krl(&of("$POS_ACT.X<5"))).1.contains("depends on"));
+    let what = told(&with(&of("ST.MODE==2"), &assuming("st.mode", 2.0)).unwrap()).1;
+    assert!(what.contains("assume: {\"ST.MODE\": …}"), "{what}");
+    // In a routine that the loop calls, and around GOTO.
+    let called = |own: &str| {
+        let work = format!("DEF WORK()\n{own}SWITCH COM\nCASE 3\nLIN {{X 9}}\nENDSWITCH");
+        told(&krl(&format!("{START}\nCOM=0\nLOOP\nWORK()\nENDLOOP\nEND\n{work}")))
+    };
+    let (line, what) = called("");
+    assert!(line == 5 && what.contains("from line 12 on depends on COM, "), "{what}");
+    assert!(!called("DECL INT COM\nCOM=0\n").1.contains("depends on"));
+    let back = "AGAIN:\nIF COM==3 THEN\nLIN {X 9}\nENDIF\nGOTO AGAIN";
+    let (line, what) = told(&krl(&format!("{START}\nCOM=0\n{back}")));
+    assert!(line == 9 && what.contains("from line 7 on depends on COM, "), "{what}");
+    // Nothing that moves behind a position that no file declares.
+    let input = LOOP.replace("SWITCH COM\nCASE 3", "IF $IN[1] THEN").replace("SWITCH", "IF");
+    let assume = [("$in[1]".to_owned(), Assumed::Truth(false))].into();
+    let found = with(&format!("INI\nPTP HOME\n{input}"), &Settings { assume, ..settings() });
+    let found = found.unwrap_err();
+    assert_eq!((at(&found[0]), found.len()), (5, 1), "{found:?}");
+    assert!(found[0].what.contains("no motion that is read: an endless loop"), "{found:?}");
+    assert!(found[0].what.contains("from line 7 on depends on $IN[1]"), "{found:?}");
+}
+
+#[test]
+fn a_program_without_motion_names_all_that_is_in_no_file() {
+    let found = with("INI\nMYJOB()", &settings()).unwrap_err();
+    assert_eq!((at(&found[0]), found.len()), (3, 1), "{found:?}");
+    let said = "no motion that is read: 'ini', 'myjob' are in no file that is read";
+    assert!(found[0].what.contains(said), "{found:?}");
+}
+
+#[test]
+fn a_path_of_home_positions_alone_names_them() {
+    let homes = "PTP XHOME\nWAIT SEC 0.5\nPTP XHOME";
+    let of = |body: &str| {
+        let found = with(body, &settings()).unwrap_err();
+        (found.iter().map(at).collect::<Vec<_>>(), found[0].what.clone())
+    };
+    let (line, what) = of(&format!("INI\n{homes}"));
+    assert_eq!(line, [4]);
+    let said =
+        "PTP XHOME is skipped, as no file that is read gives XHOME, and nothing of 'ini' is read";
+    assert!(what.contains(said), "{what}");
+    let (line, what) = of(homes);
+    assert_eq!(line, [3]);
+    assert!(what.contains("gives XHOME; path.program.files in the job"), "{what}");
+}

@@ -16,6 +16,7 @@ mod gcode;
 mod heidenhain;
 mod holes;
 mod krl;
+mod lengths;
 mod others;
 mod outputs;
 mod patterns;

@@ -360,9 +360,8 @@ fn sliding_joints_of_the_arm_are_in_mm() {
 
 #[test]
 fn functions_that_are_not_read_are_not_called_run_time() {
-    let frame =
-        "VAR pose f;\nf:=DefFrame(p0,p0,p0);\nMoveL Offs(p0,f.trans.x,0,0),v100,fine,tool0;";
-    refused(rapid("", frame), "function 'DefFrame' is not read");
+    let frame = "VAR pose f;\nf:=DefDFrame(p0,p0,p0,p0,p0,p0);\nMoveL Offs(p0,f.trans.x,0,0),v100,fine,tool0;";
+    refused(rapid("", frame), "function 'DefDFrame' is not read");
     let together = doubts(rapid("", "SyncMoveOn s1,tasks;\nMoveL Offs(p0,1,0,0),v100,fine,tool0;"));
     assert_eq!(together, [(Code::ChangeIgnored, 6)]);
 }

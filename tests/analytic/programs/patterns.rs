@@ -3,10 +3,10 @@
 
 use detune::motion::{Target, Timing};
 use detune::notes::Code;
-use detune::program::{Dialect, NewSpeed, Program, Rewrite, Spindle, rewrite};
+use detune::program::{Dialect, NewSpeed, Program, Rewrite, Spindle, read, rewrite};
 use nalgebra::Vector3;
 
-use super::support::{Begun, end, settings};
+use super::support::{Begun, assert_ends, end, settings};
 
 const HEAD: &str = "G710 G17 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\nF120\n";
 
@@ -306,6 +306,29 @@ fn programs_with_patterns_are_rewritten() {
     let speeds = vec![NewSpeed { end: usize::MAX, rpm: 6000.0, job_rpm: None }];
     let to = Rewrite { speeds, keeps_chip_load: true };
     assert!(rewrite(tap.as_bytes(), Dialect::Sinumerik, &settings(), &to).is_err());
+}
+
+/// A circle of holes states where it begins.
+#[test]
+fn holes2_needs_no_place_before_it() {
+    let text = "G710 G17 G90 G94\nT1 M6\nS3000 M3 F200\nG0 Z50\nMCALL CYCLE81(50,0,2,-10)\n\
+                HOLES2(100,100,30,0,0,2)\nMCALL\nM30\n";
+    let program = read(text.as_bytes(), Dialect::Sinumerik, &settings()).unwrap();
+    let hole = |x: f64| [50.0, 2.0, -10.0, 2.0, 50.0].map(|z| ('L', [x, 100.0, z]));
+    assert_ends(&program, &[hole(130.0), hole(70.0)].concat());
+    let row = text.replace("HOLES2(100,100,30,0,0,2)", "HOLES1(100,100,0,0,30,2)");
+    let found = read(row.as_bytes(), Dialect::Sinumerik, &settings()).unwrap_err();
+    assert!(found[0].what.contains("X is not known before the cycle"), "{found:?}");
+}
+
+#[test]
+fn turns_labels_and_functions_that_are_not_read_are_named() {
+    BEGUN.refused("AROT RPL=90\n", "AROT shifts or turns the work");
+    BEGUN.refused("ROT RPL=90\n", "ROT shifts or turns the work");
+    BEGUN.refused("G1 X5 RPL=9\n", "'RPL=' is not understood");
+    BEGUN.refused("L1: G1 X5\n", "two letters or underscores");
+    BEGUN.refused("@613 R304 R305\n", "older controls");
+    BEGUN.assert_way("TRANS X3\nROT RPL=0\nG1 X5\n", &[('L', [5.0, 0.0, 50.0])]);
 }
 
 #[test]

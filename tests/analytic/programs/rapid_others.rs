@@ -261,7 +261,251 @@ fn what_assume_cannot_give_is_not_asked_of_it() {
     let text = of(&format!("SocketReceive so\\Str:=s;\n{}", branch("s=\"x\"")));
     assert!(!text.contains(hint) && text.contains("write the value into a copy"), "{text}");
     let number = of(&format!("SocketReceiveFrom so\\NoRecBytes:=n;\n{}", branch("n=1")));
-    assert!(number.contains(hint), "{number}");
+    assert!(!number.contains(hint) && number.contains("assume: {\"n\": …}"), "{number}");
+    // It is told where a move needs the number, too.
+    let text = of(&format!("TPReadNum n,\"?\";\n{}", MOVE.replace("p,", "Offs(p,n,0,0),")));
+    assert!(text.contains("'n': known only at run time; assume: {\"n\": …} in the job"), "{text}");
     let array = of(&format!("FOR i FROM 1 TO Dim(list,1) DO\n{MOVE}\nENDFOR"));
     assert!(!array.contains(hint) && array.contains("path.program.files"), "{array}");
+}
+
+/// The job's feed stands for data of other files, and not for what the run decides.
+#[test]
+fn a_speed_that_a_condition_decides_is_no_feed_of_the_job_without_a_doubt() {
+    const DATA: &str = "VAR speeddata v:=v100;\nVAR speeddata vs{2}:=[v100,v50];";
+    let slow = NEXT.replace("v5", "v");
+    let of = |set: &str, moved: &str, feed_m_per_s: Option<f64>| {
+        let text = module(&format!("{MOVE}\n{set}\n{moved}\nv:=v100;"));
+        let text = text.replace("ENDMODULE", &format!("{DATA}\nENDMODULE"));
+        run(&text, &Settings { feed_m_per_s, ..settings() })
+    };
+    let of_run = [
+        ("IF di1=1 v:=v50;", slow.as_str(), "'v' depends on a condition: 'di1' is not declared"),
+        ("IF di1=1 v.v_tcp:=20;", &slow, "'v' depends on a condition: 'di1' is not declared"),
+        ("IF di1=1 v.v_ori:=20;", &slow, "'v' depends on a condition: 'di1' is not declared"),
+        ("GetDataVal \"vElse\",v;", &slow, "GetDataVal fills in 'v'"),
+        ("", "MoveL Offs(p,10,0,0),vs{nElse},fine,tool0;", "index of 'vs': 'nElse'"),
+        ("", "MoveL Offs(p,10,0,0),vFar{nElse},fine,tool0;", "index of 'vFar': 'nElse'"),
+    ];
+    for (set, moved, why) in of_run {
+        let found = of(set, moved, Some(0.5)).unwrap();
+        assert_eq!(doubts(&found), [(Code::ChangeIgnored, 6)], "{set}");
+        assert_eq!(found.moves[1].feed_m_per_s, 0.5);
+        refused(of(set, moved, None), 6, &["MoveL: speed: ", why, "feed_mm_per_min"]);
+    }
+    let found = of(of_run[0].0, &slow, None).unwrap_err();
+    assert!(found[0].what.contains("assume: in the job can settle it"), "{found:?}");
+    // One of another file.
+    let elsewhere = NEXT.replace("v5", "vElse");
+    assert_eq!(doubts(&of("", &elsewhere, Some(0.5)).unwrap()), []);
+    let said = ["speed: 'vElse' is not declared in this file", "path.program.files", "feed_mm"];
+    refused(of("", &elsewhere, None), 6, &said);
+    // The first move has no way.
+    let first = with(&format!("IF di1=1 v:=v50;\n{slow}\n{MOVE}\nv:=v100;"), DATA).unwrap();
+    assert_eq!(doubts(&first), []);
+}
+
+/// As of a speed.
+#[test]
+fn a_tool_that_a_condition_decides_is_not_the_jobs_without_a_doubt() {
+    let text = module("IF di1=1 t:=u;\nMoveL p,v5,fine,t;").replace(
+        "ENDMODULE",
+        "PERS tooldata t:=[TRUE,[[0,0,7],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n\
+         PERS tooldata u:=[TRUE,[[0,0,9],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\nENDMODULE",
+    );
+    let tcp = Some(Isometry3::translation(0.0, 0.0, 0.08));
+    let found = run(&text, &Settings { tcp, ..settings() }).unwrap();
+    assert!(doubts(&found).contains(&(Code::ChangeIgnored, 5)), "{:?}", found.warnings);
+}
+
+#[test]
+fn what_is_in_no_file_that_is_read_is_told_with_the_file_as_the_remedy() {
+    const FILES: &str = "path.program.files";
+    for (body, said) in [
+        ("MoveL turned(p,30),v5,fine,tool0;", "function 'turned' is in no file that is read"),
+        ("IF picked(1) MoveL p,v5,fine,tool0;", "or assume: {\"picked\": …} can give it"),
+        ("IF tray.n=1 MoveL p,v5,fine,tool0;", "the type 'dice_tray' of 'tray' is in no file"),
+        ("MoveJ_Request 1,p,v5,fine,tool0;", "'MoveJ_Request' moves by its name, and is in no"),
+        ("MoveHome;", "'MoveHome' moves by its name, and is in no"),
+    ] {
+        let found = with(body, "VAR dice_tray tray;").expect_err(body);
+        let what = &found[0].what;
+        assert!(at(&found[0]) == 4 && what.contains(said) && what.contains(FILES), "{found:?}");
+        assert!(!what.contains("assume: in the job"), "{what}");
+    }
+    // The controller's own, and components that a type does not have.
+    for (body, said) in [
+        ("MoveExtJ j,v5,fine;", "'MoveExtJ' moves and is not understood"),
+        ("IF p.n=1 MoveL p,v5,fine,tool0;", "'p' (robtarget) has no component 'n'"),
+        ("IF EGMGetState(e)=2 MoveL p,v5,fine,tool0;", "'EGMGetState' is known only at run time"),
+    ] {
+        let found = with(body, "").expect_err(body);
+        assert!(found[0].what.contains(said) && !found[0].what.contains(FILES), "{found:?}");
+    }
+}
+
+/// Application manual, Externally Guided Motion: EGMRunJoint and EGMRunPose move the arm to what a sensor sends.
+#[test]
+fn motion_from_outside_is_refused() {
+    for sent in ["EGMRunPose e,EGM_STOP_HOLD\\x\\CondTime:=5;", "EGMRunJoint e,EGM_STOP_HOLD\\J1;"]
+    {
+        let found = with(&format!("{MOVE}\n{sent}"), "VAR egmident e;");
+        refused(found, 5, &["moves the robot by what comes from outside"]);
+        let found = with(&format!("IF di1=1 {sent}"), "VAR egmident e;");
+        refused(found, 4, &["IF decides about motion at run time"]);
+    }
+}
+
+/// An index that nothing of the job can change.
+#[test]
+fn an_index_of_zero_is_told_without_assume() {
+    let text = "MODULE m\nVAR bool full{2}:=[FALSE,FALSE];\nVAR num kind;\nVAR num i:=1;\n\
+                CONST robtarget p:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+                PROC place()\nWHILE full{kind} DO\ni:=i+1;\nENDWHILE\nIF i=1 MoveL p,v5,fine,tool0;\n\
+                ENDPROC\nENDMODULE\n";
+    let assume = [("kind".to_owned(), Assumed::Number(1.0))].into();
+    let job = Settings { procedure: Some("place".to_owned()), assume, ..settings() };
+    let said = ["index 0 of 'full' is not a whole number from 1: write the value into a copy"];
+    let found = run(text, &job);
+    assert!(!format!("{found:?}").contains("assume: in the job"), "{found:?}");
+    refused(found, 10, &said);
+}
+
+/// Technical reference manual, TPReadFK: without an error the \BreakFlag is 0, and ERR_ numbers are not.
+#[test]
+fn numbers_of_errors_are_the_controllers_and_never_zero() {
+    let of = |asked: &str, errvar: Option<f64>| {
+        let ask = "TPReadFK n,\"?\",\"a\",\"\",\"\",\"\",\"\"\\MaxTime:=9\\BreakFlag:=errvar;";
+        let text = module(&format!("{MOVE}\n{ask}\n{asked}\n{NEXT}"))
+            .replace("ENDMODULE", "VAR errnum errvar;\nVAR num n;\nENDMODULE");
+        let assume = errvar.map(|own| ("errvar".to_owned(), Assumed::Number(own)));
+        run(&text, &Settings { assume: assume.into_iter().collect(), ..settings() })
+    };
+    for (asked, expected) in [
+        ("IF errvar=ERR_TP_MAXTIME EXIT;", vec![4, 7]),
+        ("IF ERR_TP_DIBREAK=errvar EXIT;", vec![4, 7]),
+        ("IF errvar<>ERR_TP_MAXTIME EXIT;", vec![4]),
+        ("TEST errvar CASE ERR_TP_MAXTIME: EXIT; DEFAULT: ENDTEST", vec![4, 7]),
+        ("TEST ERR_TP_MAXTIME CASE errvar: EXIT; DEFAULT: ENDTEST", vec![4, 7]),
+        ("IF errvar=ERR_COLL_STOP EXIT;", vec![4, 7]),
+    ] {
+        assert_eq!(lines(&of(asked, Some(0.0)).unwrap()), expected, "{asked}");
+    }
+    let asked = "IF errvar=ERR_TP_MAXTIME EXIT;";
+    let own = ["'ERR_TP_MAXTIME' is a constant of the controller", "{\"ERR_TP_MAXTIME\": …}"];
+    refused(of(asked, Some(3.0)), 6, &own);
+    refused(of(asked, None), 6, &["TPReadFK fills in 'errvar'"]);
+    // One of the program may have any number.
+    refused(of("IF errvar=ERR_NONE EXIT;", Some(0.0)), 6, &["'ERR_NONE' is not declared"]);
+    let body = format!("{MOVE}\nIF 0=ERR_TP_MAXTIME EXIT;\n{NEXT}");
+    assert_eq!(lines(&with(&body, "VAR num ERR_TP_MAXTIME;").unwrap()), [4]);
+    refused(with("IF 1=SOCKET_CLOSED EXIT;", ""), 4, &["'SOCKET_CLOSED' is a constant of the"]);
+}
+
+/// Technical reference manual, DefFrame: x from p1 through p2, p3 on the side of y, the origin in p1, in p2, or
+/// on the line of both so that p3 lies on the y axis. Here x is +Y, y is -X and z is +Z of the work object.
+#[test]
+fn a_frame_of_three_targets_is_worked_out() {
+    let of = |origin: &str| {
+        with(
+            &format!(
+                "VAR pose f;\nVAR robtarget q;\nf:=DefFrame(p,Offs(p,0,50,0),Offs(p,-30,10,0){origin});\n\
+                 q:=p;\nq.trans:=PoseVect(f,[5,2,1]);\nMoveL q,v5,fine,tool0;"
+            ),
+            "",
+        )
+        .unwrap()
+    };
+    for (origin, y) in
+        [("", 205.0), ("\\Origin:=1", 205.0), ("\\Origin:=2", 255.0), ("\\Origin:=3", 215.0)]
+    {
+        assert_ends(&of(origin), &[('L', [98.0, y, 301.0])]);
+    }
+    for (points, why) in [
+        ("p,p,Offs(p,0,0,9)", "the first two points are one"),
+        ("p,Offs(p,5,0,0),Offs(p,9,0,0)", "the three points lie on a line"),
+        ("p,Offs(p,5,0,0),Offs(p,0,9,0)\\Origin:=4", "\\Origin is 4, expected 1, 2 or 3"),
+        ("p,Offs(p,5,0,0),Offs(p,0,9,0)\\Origin:=0", "\\Origin is 0, expected 1, 2 or 3"),
+        ("p,Offs(p,5,0,0),Offs(p,0,9,0)\\Origin:=1.5", "\\Origin is 1.5, expected 1, 2 or 3"),
+    ] {
+        let body = format!(
+            "VAR pose f;\nf:=DefFrame({points});\nMoveL Offs(p,f.trans.x,0,0),v5,fine,tool0;"
+        );
+        refused(with(&body, ""), 6, &["DefFrame: ", why]);
+    }
+}
+
+/// The tool turns as slowly as the run says.
+#[test]
+fn a_turning_speed_that_only_the_run_knows_is_a_doubt() {
+    for set in ["TPReadNum n,\"?\"; v.v_ori:=n;", "IF di1=1 n:=10; v.v_ori:=n;"] {
+        let turned = "MoveL RelTool(p,0,9,0\\Rz:=120),v,fine,tool0;\nv:=v100; n:=0;";
+        let data = "VAR speeddata v:=v100;\nVAR num n;";
+        let found = with(&format!("{MOVE}\n{set}\n{turned}"), data).unwrap();
+        assert_eq!(doubts(&found), [(Code::ChangeIgnored, 6)], "{set}");
+        // The first move has no way.
+        let found = with(&format!("{set}\n{turned}"), data).unwrap();
+        assert_eq!(doubts(&found), [], "{set}");
+    }
+}
+
+/// Doubts about two moves with these tools and the job's tcp.
+fn with_tools(first: &str, second: &str, more: &str) -> Vec<(Code, usize)> {
+    let moves = format!("MoveL p,v5,fine,{first};\nMoveL Offs(p,10,0,0),v5,fine,{second};");
+    let text = module(&moves).replace("ENDMODULE", &format!("{more}\nENDMODULE"));
+    let tcp = Some(Isometry3::translation(0.0, 0.0, 0.08));
+    doubts(&run(&text, &Settings { tcp, ..settings() }).unwrap())
+}
+
+/// Elements and parts of data of another file are different data.
+#[test]
+fn one_tcp_of_the_job_stands_for_two_elements_or_parts_with_a_doubt() {
+    const TWO: [(Code, usize); 1] = [(Code::ChangeIgnored, 5)];
+    assert_eq!(with_tools("tG{1}", "tG{1}", ""), []);
+    assert_eq!(with_tools("tG{1}", "tG{2}", ""), TWO);
+    assert_eq!(with_tools("st.a", "st.b", ""), TWO);
+    assert_eq!(with_tools("tP{1}", "tP{1}", "PERS tooldata tP{2};"), []);
+    assert_eq!(with_tools("tP{1}", "tP{2}", "PERS tooldata tP{2};"), TWO);
+    // Which one it is the run knows.
+    assert_eq!(with_tools("tG{n}", "tG{n}", ""), [(Code::ChangeIgnored, 4)]);
+}
+
+#[test]
+fn a_part_of_a_type_of_another_file_is_the_jobs_unless_the_program_sets_it() {
+    assert_eq!(with_tools("st.t", "st.t", "VAR station st;"), []);
+    assert_eq!(with_tools("st.t", "st.t", "PERS station st;"), []);
+    let set = with_tools("tool0;\nst.t:=tool0", "st.t", "VAR station st;");
+    assert!(set.contains(&(Code::ChangeIgnored, 6)), "{set:?}");
+    let stated = with_tools("st.t", "st.t", "CONST station st:=[1,2];");
+    assert_eq!(stated, [(Code::ChangeIgnored, 4)]);
+    let found = with(&format!("{MOVE}\n{}", NEXT.replace("v5", "st.v")), "VAR station st;");
+    assert_eq!(doubts(&found.unwrap()), []);
+}
+
+/// Technical reference manual, CTool and CWObj: the tool and the work object that are used now.
+#[test]
+fn the_current_tool_and_work_object_are_the_jobs_where_nothing_else_was_used() {
+    assert_eq!(with_tools("CTool()", "CTool()", ""), []);
+    let own = "PERS tooldata t:=[TRUE,[[0,0,7],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];";
+    let after = with_tools("t", "CTool()", own);
+    assert!(after.contains(&(Code::ChangeIgnored, 5)), "{after:?}");
+    let object = "tool0\\WObj:=CWObj();";
+    let text = module(&[MOVE, NEXT].map(|each| each.replace("tool0;", object)).join("\n"));
+    let work_object = Some(Isometry3::translation(0.0, 0.0, 0.1));
+    let found = run(&text, &Settings { work_object, ..settings() }).unwrap();
+    assert_eq!(doubts(&found), [], "{:?}", found.warnings);
+}
+
+/// errnum is num by another name, and handlers of errors are not read.
+#[test]
+fn what_a_handler_may_set_is_not_known_to_be_no_error() {
+    let asked = format!("{MOVE}\nIF e=ERR_WAIT_MAXTIME EXIT;\n{NEXT}");
+    for data in ["VAR errnum e;", "VAR errnum e:=0;"] {
+        assert_eq!(lines(&with(&asked, data).unwrap()), [4, 6]);
+        let handled = format!("{asked}\nERROR\ne:=ERRNO;\nTRYNEXT;");
+        refused(with(&handled, data), 5, &["'ERR_WAIT_MAXTIME' is a constant of the controller"]);
+        let assume = [("err_wait_maxtime".to_owned(), Assumed::Number(0.0))].into();
+        let text = module(&asked).replace("ENDMODULE", &format!("{data}\nENDMODULE"));
+        assert_eq!(lines(&run(&text, &Settings { assume, ..settings() }).unwrap()), [4]);
+    }
 }

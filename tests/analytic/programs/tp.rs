@@ -61,6 +61,15 @@ fn assuming(name: &str, value: f64) -> Settings {
     job
 }
 
+/// The job gives all six elements of a register.
+fn placing(number: u32, elements: [f64; 6]) -> Settings {
+    let mut job = job();
+    for (index, value) in (1..).zip(elements) {
+        job.assume.insert(format!("pr[{number},{index}]"), Assumed::Number(value));
+    }
+    job
+}
+
 /// Ends of lines in frame 1, mm.
 #[track_caller]
 fn assert_goes(found: &Read, expected: &[[f64; 3]]) {
@@ -424,7 +433,7 @@ fn positions_are_added_element_by_element() {
         ("PR[3]=PR[8]-PR[8]", "PR[8] is known only at run time"),
         ("PR[3]=P[1]+P[5]", "adds a pose and joints"),
         ("PR[3]=P[1]*2", "'*2' is not understood"),
-        ("PR[3]=VR[1].OFFSET", "'VR[1].OFFSET' is not read"),
+        ("PR[3]=VR[1].OFFSET", "VR[1].OFFSET is what vision finds; assume: {\"VR[1]\": 0}"),
     ] {
         assert_refused(sum(set), 7, &["PR[3] is known only at run time", why]);
     }
@@ -514,28 +523,6 @@ fn branches_leave_an_element_open() {
     assert_eq!(lines(&tp("R[1]=2 ;\nL P[R[1]] 9mm/sec FINE ;\n").unwrap()), [7]);
 }
 
-/// A register alone behind WAIT is a time.
-#[test]
-fn a_wait_for_a_register_is_a_time() {
-    let waits = |statement: &str| {
-        let found =
-            tp(&format!("R[1]=2 ;\nL P[1] 9mm/sec FINE ;\n{statement} ;\nL P[2] 9mm/sec FINE ;\n"));
-        let program = found.unwrap();
-        let stands = program.moves.iter().filter_map(|each| match each.timing {
-            Timing::Seconds(seconds) => Some(seconds),
-            _ => None,
-        });
-        (
-            stands.sum::<f64>(),
-            program.warnings.iter().any(|note| note.what.starts_with("WAIT: R[2]")),
-        )
-    };
-    assert_eq!(waits("WAIT R[1]"), (2.0, false));
-    assert_eq!(waits("WAIT R[1:dwell]"), (2.0, false));
-    assert_eq!(waits("WAIT R[2]"), (0.0, true));
-    assert_eq!(waits("WAIT R[1]=1"), (0.0, false));
-}
-
 #[test]
 fn a_position_that_stands_twice_is_refused() {
     let twice = |x: f64| {
@@ -592,6 +579,21 @@ fn an_offset_of_vision_is_what_the_job_says() {
     assert!(found.iter().all(|note| note.what.contains(hint)), "{found:?}");
     assert_goes(&with(text, &assuming("vr[3]", 0.0)), &[[100.0, 0.0, 0.0]]);
     assert!(with(text, &assuming("vr[3]", 5.0)).is_err());
+    // Taken over by a register.
+    let taken = "PR[8]=VR[3].OFFSET ;\nL P[2] 100mm/sec FINE Offset,PR[8] ;\n";
+    assert_refused(tp(taken), 7, &["VR[3].OFFSET is what vision finds", hint]);
+    for text in [taken, &taken.replace("OFFSET", "offset")] {
+        assert_goes(&with(text, &assuming("vr[3]", 0.0)), &[[100.0, 0.0, 0.0]]);
+    }
+    assert_refused(tp(&taken.replace("OFFSET", "offset")), 7, &["is what vision finds", hint]);
+    let mut job = assuming("pr[8]", 0.0);
+    assert_goes(&with(taken, &job), &[[100.0, 0.0, 0.0]]);
+    job.assume.insert("pr[8,3]".to_owned(), Assumed::Number(5.0));
+    assert_goes(&with(taken, &job), &[[100.0, 0.0, 5.0]]);
+    let found = "PR[8]=VR[3].FOUND_POS[1] ;\nL PR[8] 100mm/sec FINE ;\n";
+    let said = ["VR[3].FOUND_POS[1] is what vision finds; assume: {\"PR[8,1]\": …"];
+    assert_refused(tp(found), 7, &said);
+    assert_goes(&with(found, &placing(8, [9.0, 0.0, 5.0, 180.0, 0.0, 0.0])), &[[9.0, 0.0, 5.0]]);
     let passed = "VISION GET_PASSFAIL 'A' R[1] ;\n";
     assert_refused(tp(passed), 6, &["what vision gives is known only at run time"]);
 }
@@ -610,4 +612,80 @@ fn a_listing_in_another_language_is_told_once() {
     let english = english.replace("/MN", "LOCK_GROUP = 1,*,*,*,*;\n/MN");
     let text = format!("{english}L P[1] 9mm/sec FINE ;\n/POS\n{}/END\n", points("UF : 1, UT : 1"));
     assert_eq!(read(text.as_bytes(), Dialect::Fanuc, &job()).unwrap().moves.len(), 1);
+}
+
+/// Where the arm stands before its first move only the run knows; behind a corner the job may mean
+/// another place.
+#[test]
+fn the_job_gives_a_register_that_is_set_to_where_the_arm_is() {
+    let start = |statements: &str, job: &Settings| {
+        let text = format!("UFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\n{statements}");
+        whole(&text, &points("UF : 1, UT : 1"), job)
+    };
+    let lowered = "PR[6]=LPOS ;\nPR[6,3]=PR[6,3]-85 ;\nL PR[6] 100mm/sec FINE ;\n";
+    let given = placing(6, [100.0, 0.0, 90.0, 180.0, 0.0, 0.0]);
+    assert_goes(&start(lowered, &given), &[[100.0, 0.0, 5.0]]);
+    let all = "assume: {\"PR[6,1]\": …, …, \"PR[6,6]\": …} in the job gives the place: ";
+    let said = ["LPOS before the first move is known only at run time; ", all, "X, Y, Z in mm"];
+    assert_refused(start(lowered, &job()), 7, &said);
+    // What the program knows counts, and what has served before does not serve again.
+    assert_goes(&with("PR[6]=LPOS ;\nL PR[6] 9mm/sec FINE ;\n", &given), &[[0.0; 3]]);
+    let corner = "L P[2] 9mm/sec CNT50 ;\nPR[6]=LPOS ;\nL PR[6] 9mm/sec FINE ;\n";
+    let unstopped = with(corner, &given).unwrap_err();
+    assert!(unstopped[0].what.contains("LPOS behind a move without FINE"), "{unstopped:?}");
+    assert!(!unstopped[0].what.contains("assume"), "{unstopped:?}");
+    for before in ["PR[6]=LPOS", "R[5]=PR[6,1]", "PR[6,1]=5"] {
+        let again = format!("{before} ;\nPR[6]=LPOS ;\nL PR[6] 9mm/sec FINE ;\n");
+        let said = ["what assume: in the job gives of PR[6] has served before"];
+        assert_refused(start(&again, &given), 7, &said);
+    }
+    let sum = start("PR[6]=LPOS+PR[7] ;\nL PR[6] 9mm/sec FINE ;\n", &job());
+    assert_refused(sum, 6, &["set a PR[n] to LPOS alone", "assume: {\"PR[n,1]\""]);
+    // Joints are joints.
+    let turned = "PR[6]=JPOS ;\nPR[6,6]=PR[6,6]-15 ;\nJ PR[6] 9% FINE ;\n";
+    let mut given = placing(6, [10.0, 20.0, 30.0, 40.0, 50.0, 60.0]);
+    given.j3_from = Some(detune::program::J3From::UpperArm);
+    let found = start(turned, &given).unwrap();
+    let detune::motion::Target::Joints(q) = &found.moves[0].to else { panic!("joints") };
+    let degrees: Vec<f64> = q.iter().map(|q| q.to_degrees().round()).collect();
+    assert_eq!(degrees, [10.0, 20.0, 30.0, 40.0, 50.0, 45.0]);
+    assert_refused(start(turned, &job()), 7, &["JPOS before", all, "J1 to J6 in degrees"]);
+}
+
+#[test]
+fn options_that_turn_the_wrist_otherwise_are_a_doubt() {
+    let doubted = |text: &str| told(&tp(&format!("{text} ;\n")), Code::AxisIgnored);
+    for text in [
+        "L P[2] 9mm/sec FINE Wjnt",
+        "L P[2] 9mm/sec FINE WJNT,ACC50",
+        "C P[2]\n : P[3] 9mm/sec CNT50 WJNT ACC50",
+    ] {
+        assert_eq!(doubted(text), [6], "{text}");
+    }
+    for text in [
+        "L P[2] 9mm/sec FINE",
+        "J P[2] 9% FINE Wjnt",
+        "J P[5] 9% FINE MROT",
+        // The tool does not turn.
+        "J P[2] 9% FINE MROT",
+    ] {
+        assert_eq!(doubted(text), NONE, "{text}");
+    }
+    let turned = points("UF : 1, UT : 1").replacen("R = 0.000", "R = 90.000", 1);
+    let found = whole("L P[1] 9mm/sec FINE ;\nJ P[2] 9% FINE MROT ;\n", &turned, &job());
+    assert_eq!(told(&found, Code::AxisIgnored), [4]);
+    // Behind joints it is not known whether it does.
+    assert_eq!(doubted("J P[5] 9% FINE ;\nJ P[2] 9% FINE MROT"), [7]);
+    // On the way to where the path starts nothing is checked.
+    let first = whole("L P[1] 9mm/sec FINE Wjnt ;\n", &points("UF : 1, UT : 1"), &job());
+    assert_eq!(told(&first, Code::AxisIgnored), NONE);
+    let asks = |text: &str| tp(text).unwrap().moves[0].stated.configuration.is_some();
+    assert!(asks("J P[2] 9% FINE ;\n") && !asks("J P[2] 9% FINE MROT ;\n"));
+}
+
+#[test]
+fn a_move_that_a_condition_may_end_is_refused() {
+    let skipped = tp("L P[2] 9mm/sec FINE Skip,LBL[9] ;\nLBL[9] ;\n");
+    let said = ["SKIP CONDITION may end the move before its target", "without Skip"];
+    assert_refused(skipped, 6, &said);
 }

@@ -522,3 +522,25 @@ fn what_stands_behind_a_jump_is_not_passed_over() {
     assert_refused(&tp(text), 7, &["'R[2]=5' behind JMP LBL[1]"]);
     assert_refused(&tp("TOOL CHANGE(2) ;\n"), 6, &["if it is a macro, write CALL"]);
 }
+
+/// A register alone behind WAIT is a time.
+#[test]
+fn a_wait_for_a_register_is_a_time() {
+    let waits = |statement: &str| {
+        let found =
+            tp(&format!("R[1]=2 ;\nL P[1] 9mm/sec FINE ;\n{statement} ;\nL P[2] 9mm/sec FINE ;\n"));
+        let program = found.unwrap();
+        let stands = program.moves.iter().filter_map(|each| match each.timing {
+            Timing::Seconds(seconds) => Some(seconds),
+            _ => None,
+        });
+        (
+            stands.sum::<f64>(),
+            program.warnings.iter().any(|note| note.what.starts_with("WAIT: R[2]")),
+        )
+    };
+    assert_eq!(waits("WAIT R[1]"), (2.0, false));
+    assert_eq!(waits("WAIT R[1:dwell]"), (2.0, false));
+    assert_eq!(waits("WAIT R[2]"), (0.0, true));
+    assert_eq!(waits("WAIT R[1]=1"), (0.0, false));
+}

@@ -1,7 +1,7 @@
 //! Variables, arrays and R parameters of Sinumerik's, and parameters that the job assumes.
 
 use detune::notes::Code;
-use detune::program::{Assumed, Dialect, Settings, read};
+use detune::program::{Assumed, Dialect, Program, Settings, read};
 
 use super::support::{Begun, assert_ends, at, end, settings};
 
@@ -41,6 +41,122 @@ fn arrays_and_indexed_parameters() {
         BEGUN.refused(text, said);
     }
     assert_xs("DEF INT I\nFOR I=1 TO 2\nX=I\nENDFOR\n", &[1.0, 2.0]);
+}
+
+/// Siemens: ROUNDUP goes to the next larger whole number, BOUND keeps a value between two.
+#[test]
+fn bounds_of_sinumerik() {
+    assert_xs("X=ROUNDUP(3.1)\nX=ROUNDUP(-3.6)\nX=ROUNDUP(6)\n", &[4.0, -3.0, 6.0]);
+    assert_xs("R1=8\nX=MINVAL(3,R1)\nX=MAXVAL(3,R1+1)\n", &[3.0, 9.0]);
+    assert_xs("X=BOUND(1,5,9)\nX=BOUND(1,5,-9)\nX=BOUND(1,5,2)*2\n", &[5.0, 1.0, 4.0]);
+    BEGUN.refused("X=BOUND(5,1,3)\n", "the least is 5");
+    BEGUN.refused("X=MINVAL(3)\n", "two values");
+}
+
+/// A block that is refused is not blamed on what it would have set.
+#[test]
+fn what_a_refused_block_would_have_set() {
+    let said = |text: &str| {
+        let found = BEGUN.run(text).expect_err(text);
+        found.into_iter().map(|note| note.what).collect::<Vec<_>>().join("\n")
+    };
+    let lost = "R1 is read, and the block that would set it is refused";
+    assert!(said("R1=5\nR1=FOO(2)\nX=R1\n").contains(lost));
+    assert!(!said("R1=FOO(2)\nR1=5\nX=R1\n").contains("R1 is read"));
+    let text = "G21 G90\nG0 X0 Y0 Z5\n#1=[10-#5041]\nX#1\nM30\n";
+    let found = read(text.as_bytes(), Dialect::GCode, &settings()).unwrap_err();
+    assert!(found.iter().any(|note| note.what.contains("#1 is read, and the block")), "{found:?}");
+    assert!(said("DEF REAL _A=FOO(1)\nX=_A\n").contains("'_a' is read, and the block"));
+    let of_macros = |text: &str| {
+        let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+        let found = read(text.as_bytes(), Dialect::GCode, &settings()).expect_err(&text);
+        found.into_iter().map(|note| note.what).collect::<Vec<_>>().join("\n")
+    };
+    let behind_then = of_macros("#1=FOO[2]\nIF [#1 EQ 5] THEN #2=3\nX#2\n");
+    assert!(behind_then.contains("#2 is read, and the block"), "{behind_then}");
+    // A call has its own.
+    let call = of_macros("#1=FOO[2]\nG65 P7 A5\nX#1\nM30\nO7\nX#1\nM99\n");
+    assert_eq!(call.matches("#1 is read").count(), 1, "{call}");
+}
+
+/// Where X ends, in mm, behind the start at 0.
+fn xs_of_macros(text: &str) -> Vec<f64> {
+    let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+    let program = read(text.as_bytes(), Dialect::GCode, &settings());
+    let program = program.unwrap_or_else(|found| panic!("{text}: {found:?}"));
+    program.moves[1..].iter().map(|own| (end(own).1.translation.x * 1e3).round()).collect()
+}
+
+#[track_caller]
+fn refused_macro(text: &str, said: &str) {
+    let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+    let found = read(text.as_bytes(), Dialect::GCode, &settings()).expect_err(&text);
+    assert!(found[0].what.contains(said), "{text}: {found:?}");
+}
+
+/// Fanuc: 22 is 16 in hexadecimal digits.
+#[test]
+fn decimal_digits_of_fanuc() {
+    assert_eq!(xs_of_macros("#3=BIN[22]\nX#3\n#4=BCD[16]\nX#4\n"), [16.0, 22.0]);
+    assert_eq!(xs_of_macros("X[BIN[4660]]\nX[BCD[1234]]\nX BIN[0]\n"), [1234.0, 4660.0, 0.0]);
+    assert_eq!(xs_of_macros("X[BI[22]]\nX[BC[16]]\n"), [16.0, 22.0]);
+    // 305419896 is 0x12345678.
+    assert_eq!(xs_of_macros("X[BIN[305419896]/12345678]\n"), [1.0]);
+    refused_macro("#3=BCD[100000000]\n", "from 0 to 99999999");
+    refused_macro("#3=BIN[10]\n", "decimal ones");
+    refused_macro("#3=BCD[1.5]\n", "whole number");
+}
+
+/// Fanuc: A B C I J K I J K … are #1 to #33 in order; of two that give one local the later counts.
+#[test]
+fn arguments_of_g65_that_repeat() {
+    let of = |call: &str, reads: &str| {
+        let reads: String = reads.split(' ').map(|own| format!("G1 X{own}\n")).collect();
+        xs_of_macros(&format!("G65 P7 {call}\nM30\nO7\n{reads}M99\n"))
+    };
+    assert_eq!(of("I5. J6. I7. J8.", "#4 #5 #7 #8"), [5.0, 6.0, 7.0, 8.0]);
+    assert_eq!(of("A1 B2 I-3 I4 D5", "#1 #2 #4 #7"), [1.0, 2.0, -3.0, 5.0]);
+    assert_eq!(of("I1 J2 K3 I4 J5 K6 I7", "#6 #9 #10"), [3.0, 6.0, 7.0]);
+    assert_eq!(of("I1 K3", "#4 #6"), [1.0, 3.0]);
+    for call in ["I1 I2 J3", "K3 J2 I1", "J3 I1"] {
+        refused_macro(&format!("G65 P7 {call}\n"), "whole sets");
+    }
+    refused_macro("G1 I1 I2\n", "two I words");
+}
+
+/// LinuxCNC: #5410 is the diameter of the tool in the spindle, in the unit of the program. 25.4 mm
+/// are 1 inch.
+#[test]
+fn the_diameter_of_the_tool() {
+    let of = |text: &str, diameters: &[(Option<u32>, f64)], assumed: Option<f64>| {
+        let assume = assumed.map(|own| ("#5410".to_owned(), Assumed::Number(own)));
+        let text = format!("G21 G90\nT1 M6\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+        let job = Settings {
+            assume: assume.into_iter().collect(),
+            tool_diameters_mm: diameters.iter().copied().collect(),
+            ..settings()
+        };
+        read(text.as_bytes(), Dialect::GCode, &job)
+    };
+    let assert_ends_at = |program: &Program, xs: &[f64]| {
+        let ends: Vec<_> = xs.iter().map(|x| ('L', [*x, 0.0, 5.0])).collect();
+        assert_ends(program, &ends);
+    };
+    let one = [(None, 6.0)];
+    assert_ends_at(&of("#1=[10-#5410/2]\nX#1\n", &one, None).unwrap(), &[0.0, 7.0]);
+    let program = of("G20\nG1 X[#5410*2] F10\n", &[(None, 25.4)], None).unwrap();
+    assert_ends_at(&program, &[0.0, 50.8]);
+    let change = "X#5410\nT2 M6\nX#5410\n";
+    let two = [(Some(1), 6.0), (Some(2), 8.0)];
+    assert_ends_at(&of(change, &two, None).unwrap(), &[0.0, 6.0, 8.0]);
+    for (text, diameters, assumed, line, said) in [
+        ("X#5410\n", &[][..], None, 5, "tool.diameter_mm in the job gives"),
+        (change, &one, None, 7, "tool.diameter_mm in the job gives"),
+        ("X#5410\n", &one, Some(8.0), 5, "leave it out of assume"),
+    ] {
+        let found = of(text, diameters, assumed).unwrap_err();
+        assert!(found[0].what.contains(said) && at(&found[0]) == line, "{found:?}");
+    }
 }
 
 /// TRUNC cuts, POT squares, NOT binds before all operators.
