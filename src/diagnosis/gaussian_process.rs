@@ -20,10 +20,10 @@ const LN_LENGTH: [f64; 2] = [0.7, 1.0];
 /// ln ρ, the same.
 const LN_RATIO: [f64; 2] = [1.0, 3.0];
 
-/// Length of the steps of ln ρ and ln ℓ with which the best of the starts is chosen.
+/// Steps of ln ρ and ln ℓ above this choose the best start, which goes on with shorter ones.
 const COARSE: f64 = 0.25;
 
-/// Of the last ones.
+/// No shorter steps than this.
 const FINE: f64 = 0.05;
 
 /// Length of a joint that the table does not vary: what it does away from there is not known.

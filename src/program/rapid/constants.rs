@@ -55,11 +55,20 @@ const UNREAD: &str = "\
     eof_bin eof_num socket_bound socket_closed socket_connected socket_created socket_listening \
     wait_max";
 
-/// Whether a name in lower case is that of the number of an error, which instructions give a
-/// `\BreakFlag` or ERRNO; the controller has 0 for none, and names such as these may be that.
+/// Numbers of errors, which are not read either: the controller has 0 for none, so that they are
+/// not 0. Another name may be that of a constant in another file, with any number.
+const ERRORS: &str = "\
+    err_axis_act err_cnv_not_act err_coll_stop err_dev_maxtime err_divzero err_fileacc \
+    err_filnotfnd err_ioerror err_loaded err_norununit err_notsaved err_outofbnd err_overflow \
+    err_path err_pathdist err_path_stop err_progstop err_rcvdata err_roblimit err_sigsupsearch \
+    err_sig_not_valid err_sock_addr_inuse err_sock_closed err_sock_timeout \
+    err_speed_refresh_lim err_startmove err_tp_dibreak err_tp_dobreak err_tp_maxtime \
+    err_tp_no_client err_tp_persboolbreak err_uishow_fatal err_unload err_wait_max \
+    err_wait_maxtime err_waitsynctask err_whlsearch err_wobj_moving";
+
+/// Whether a name in lower case is that of the number of an error of the controller's.
 pub(super) fn is_error(key: &str) -> bool {
-    const NONE: [&str; 5] = ["err_none", "err_no", "err_no_error", "err_noerror", "err_ok"];
-    key.starts_with("err_") && !NONE.contains(&key)
+    ERRORS.split_ascii_whitespace().any(|own| own == key)
 }
 
 /// Whether a name in lower case is that of a constant of the controller whose number is not read.

@@ -396,7 +396,10 @@ fn numbers_of_errors_are_the_controllers_and_never_zero() {
     refused(of(asked, Some(3.0)), 6, &own);
     refused(of(asked, None), 6, &["TPReadFK fills in 'errvar'"]);
     // One of the program may have any number.
-    refused(of("IF errvar=ERR_NONE EXIT;", Some(0.0)), 6, &["'ERR_NONE' is not declared"]);
+    for name in ["ERR_NONE", "ERR_GRIPPER_FREE"] {
+        let asked = format!("IF errvar={name} EXIT;");
+        refused(of(&asked, Some(0.0)), 6, &[&format!("'{name}' is not declared")]);
+    }
     let body = format!("{MOVE}\nIF 0=ERR_TP_MAXTIME EXIT;\n{NEXT}");
     assert_eq!(lines(&with(&body, "VAR num ERR_TP_MAXTIME;").unwrap()), [4]);
     refused(with("IF 1=SOCKET_CLOSED EXIT;", ""), 4, &["'SOCKET_CLOSED' is a constant of the"]);
