@@ -132,33 +132,56 @@
 //!
 //! [`guide::library`] shows a whole check.
 
+#[cfg(not(fuzzing))]
 pub mod advice;
+#[cfg(not(fuzzing))]
 #[doc(hidden)]
 pub mod cli;
+#[cfg(not(fuzzing))]
 pub mod diagnosis;
+#[cfg(not(fuzzing))]
 pub mod excitation;
+#[cfg(not(fuzzing))]
 pub mod formats;
+#[cfg(not(fuzzing))]
 pub mod free_vibration;
+#[cfg(not(fuzzing))]
 pub mod guide;
+#[cfg(not(fuzzing))]
 pub mod identify;
+#[cfg(not(fuzzing))]
 pub mod input;
+#[cfg(not(fuzzing))]
 pub mod job;
+#[cfg(not(fuzzing))]
 pub mod map;
+#[cfg(not(fuzzing))]
 pub mod model;
+#[cfg(not(fuzzing))]
 pub mod modes;
 pub mod motion;
 pub mod notes;
+#[cfg(not(fuzzing))]
 pub mod path;
+#[cfg(not(fuzzing))]
 pub mod paths;
+#[cfg(not(fuzzing))]
 pub mod process;
 pub mod program;
 pub mod progress;
+#[cfg(not(fuzzing))]
 pub mod report;
+#[cfg(not(fuzzing))]
 pub mod risk;
+#[cfg(not(fuzzing))]
 pub mod stability;
+#[cfg(not(fuzzing))]
 pub mod statistics;
+#[cfg(not(fuzzing))]
 pub mod study;
+#[cfg(not(fuzzing))]
 pub mod trace;
+#[cfg(not(fuzzing))]
 pub mod uncertainty;
 pub mod units;
 pub mod wording;
