@@ -422,10 +422,10 @@ fn cross_validated(
     seed: u64,
     progress: Progress<'_>,
 ) -> HeldOut {
-    let folds = AtomicUsize::new(0);
-    held_out(problem, means, seed, &|| {
-        let done = folds.fetch_add(1, Ordering::Relaxed) + 1;
-        progress(Done::Share(0.4 + 0.06 * done as f64));
+    let ended = AtomicUsize::new(0);
+    held_out(problem, means, seed, &|folds| {
+        let done = ended.fetch_add(1, Ordering::Relaxed) + 1;
+        progress(Done::Share(0.4 + 0.5 * done as f64 / folds as f64));
     })
 }
 

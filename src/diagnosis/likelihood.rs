@@ -16,8 +16,10 @@ pub(super) const MIN_NOISE: f64 = 3e-4;
 /// e².
 pub(super) const UNPREDICTED: f64 = -std::f64::consts::LN_2;
 
-/// A step of ln s² after which the next would be less than 1e-7.
+/// A step of ln s² after which the next would be less than 1e-7, and one after which ln likelihood is
+/// known to a thousandth: it is flat there.
 const NO_STEP: f64 = 1e-4;
+const SMALL_STEP: f64 = 1e-2;
 
 /// The noise as the residuals show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,23 +34,25 @@ pub(super) struct Noise {
 
 /// The likeliest noise for residuals of ln f, one a point; `None` where the model has no such mode.
 pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
-    let s2 = likeliest_variance(points, residuals);
+    let s2 = likeliest_variance(points, residuals, f64::INFINITY, NO_STEP);
     let mut weights = Vec::with_capacity(points.len());
     let ln_likelihood = ln_likelihood_at(s2, points, residuals, |weight| weights.push(weight));
     Noise { ln_likelihood, scale: s2.sqrt(), weights }
 }
 
-/// ln likelihood at the likeliest scale.
-pub(super) fn ln_likelihood(points: &[Point], residuals: &[Option<f64>]) -> f64 {
-    ln_likelihood_at(likeliest_variance(points, residuals), points, residuals, |_| ())
+/// ln likelihood at the likeliest scale, about: the scale is sought from another model's on.
+pub(super) fn ln_likelihood_near(scale: f64, points: &[Point], residuals: &[Option<f64>]) -> f64 {
+    let s2 = likeliest_variance(points, residuals, scale * scale, SMALL_STEP);
+    ln_likelihood_at(s2, points, residuals, |_| ())
 }
 
-/// Scale² of t.
-fn likeliest_variance(points: &[Point], residuals: &[Option<f64>]) -> f64 {
+/// Scale² of t, sought from `from` on or from the mean square where that is less, until a step of
+/// its logarithm is less than `no_step`.
+fn likeliest_variance(points: &[Point], residuals: &[Option<f64>], from: f64, no_step: f64) -> f64 {
     let nu = NOISE_FREEDOM;
     let known = points.iter().zip(residuals).filter_map(|(point, r)| Some((point, (*r)?)));
     // r² and rounding over u² of each point, in fours; zeros behind the last count for nothing.
-    let mut fours: Vec<[[f64; 4]; 2]> = Vec::new();
+    let mut fours: Vec<[[f64; 4]; 2]> = Vec::with_capacity(points.len().div_ceil(4));
     let mut count = 0;
     for (point, r) in known {
         if count % 4 == 0 {
@@ -86,7 +90,7 @@ fn likeliest_variance(points: &[Point], residuals: &[Option<f64>]) -> f64 {
         sums.map(|sum| sum.iter().sum::<f64>() / count.max(1.0))
     };
     // Newton's method on ln s² = ln mean(s²).
-    let mut s2 = mean.max(floor);
+    let mut s2 = mean.min(from).max(floor);
     // A handful of rounds is enough.
     for _ in 0..30 {
         let [next, slope] = expected(s2);
@@ -98,7 +102,7 @@ fn likeliest_variance(points: &[Point], residuals: &[Option<f64>]) -> f64 {
         let before = s2;
         s2 = (s2 * step.exp()).max(floor);
         // What is left is of the order of the square of the step; also where nothing scatters.
-        if step.abs() < NO_STEP || s2 == before || !step.is_finite() {
+        if step.abs() < no_step || s2 == before || !step.is_finite() {
             break;
         }
     }
@@ -180,6 +184,21 @@ mod tests {
             .max_by(|a, b| at(*a).total_cmp(&at(*b)))
             .unwrap();
         assert!((found.scale - best).abs() < 2e-5, "{} {best}", found.scale);
+    }
+
+    /// From above, from below, and from a scale that is nobody's.
+    #[test]
+    fn the_likelihood_is_about_the_same_from_wherever_the_scale_is_sought() {
+        let points = points(40);
+        let mut residuals: Vec<Option<f64>> =
+            (0..40).map(|i| Some(0.01 * (1.7 * f64::from(i)).sin())).collect();
+        residuals[7] = None;
+        residuals[9] = Some(0.2);
+        let whole = noise(&points, &residuals);
+        for share in [1e-2, 0.5, 1.0, 3.0, 1e3] {
+            let near = ln_likelihood_near(share * whole.scale, &points, &residuals);
+            assert!((near - whole.ln_likelihood).abs() < 2e-3, "{share}: {near}");
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::candidate::Candidate;
 use super::fit::{Fit, normal_equations};
 use super::hypothesis::Hypothesis;
-use super::likelihood::ln_likelihood;
+use super::likelihood::ln_likelihood_near;
 use super::problem::{Evaluation, NONE, Problem};
 use super::statistics::rms;
 
@@ -130,6 +130,7 @@ impl<'c> Beside<'_, 'c> {
         let p = parent.hypothesis.inner().len();
         let mut best = f64::NEG_INFINITY;
         let mut effect = Vec::with_capacity(points.len());
+        let mut residuals = Vec::with_capacity(points.len());
         let mut sums = vec![0.0; 2 + p];
         for (_, moved) in &screen.moved[which] {
             effect.clear();
@@ -143,7 +144,7 @@ impl<'c> Beside<'_, 'c> {
                     }
                 }
             }));
-            let mut residuals = Vec::new();
+            residuals.clear();
             if !is_known {
                 residuals = decorrelation.of_residuals(&self.residuals_with(moved));
             }
@@ -152,7 +153,8 @@ impl<'c> Beside<'_, 'c> {
                 let both = left.innovations.iter().zip(&effect);
                 residuals.extend(both.map(|(r, s)| Some((*r)? - s)));
             }
-            best = best.max(ln_likelihood(points, &residuals) - before.noise.ln_likelihood);
+            let with = ln_likelihood_near(before.noise.scale, points, &residuals);
+            best = best.max(with - before.noise.ln_likelihood);
             sums.fill(0.0);
             for (&s, row) in effect.iter().zip(rows.chunks_exact(2 + p)) {
                 sums[0] += row[0] * s * s;

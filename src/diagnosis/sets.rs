@@ -67,7 +67,13 @@ struct TrialSet {
     /// Places in [`Linear::members`], ascending.
     members: Vec<usize>,
     log_evidence: f64,
-    coefficients: Vec<f64>,
+}
+
+impl TrialSet {
+    /// Not tried yet.
+    fn of(members: Vec<usize>) -> Self {
+        Self { members, log_evidence: f64::NEG_INFINITY }
+    }
 }
 
 /// The most promising sets of `size` causes near `model`, best first, each with parameters from
@@ -86,9 +92,7 @@ pub(super) fn sets<'c>(
         return Vec::new();
     };
     let linear = Linear::near(problem, candidates, screen, model);
-    let empty =
-        TrialSet { members: Vec::new(), log_evidence: f64::NEG_INFINITY, coefficients: Vec::new() };
-    let mut carried = vec![empty];
+    let mut carried = vec![TrialSet::of(Vec::new())];
     for have in 0..size {
         let last = have + 1 == size;
         let mut next: Vec<TrialSet> =
@@ -115,7 +119,7 @@ pub(super) fn sets<'c>(
         }
         carried = kept;
     }
-    carried.iter().map(|set| linear.beside(&given, set)).collect()
+    carried.iter().filter_map(|set| linear.beside(&given, set)).collect()
 }
 
 /// For each cause of `model` the `count` most promising sets that have another in its place, with
@@ -135,13 +139,12 @@ pub(super) fn swaps<'c>(
     let mut swaps = Vec::new();
     for &without in &own {
         let members = own.iter().copied().filter(|&i| i != without).collect();
-        let rest = TrialSet { members, log_evidence: f64::NEG_INFINITY, coefficients: Vec::new() };
-        let mut tried = linear.with_one_more(&rest);
+        let mut tried = linear.with_one_more(&TrialSet::of(members));
         // Not what was taken out, in this form or another.
         let is_taken = |&i: &usize| linear.places[i] == linear.places[without];
         tried.retain(|set| !set.members.iter().any(is_taken));
         tried.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-        swaps.extend(tried.iter().take(count).map(|set| linear.beside(&given, set)));
+        swaps.extend(tried.iter().take(count).filter_map(|set| linear.beside(&given, set)));
     }
     swaps
 }
@@ -272,9 +275,11 @@ impl<'c> Linear<'c> {
         let own = triangle.columns().len();
         let taken: Vec<usize> = set.members.iter().map(|&i| self.places[i]).collect();
         let mut further = Vec::new();
+        let mut solved = Vec::new();
         for i in (0..self.members.len()).filter(|&i| !taken.contains(&self.places[i])) {
             if self.extend(&mut triangle, i) {
-                further.extend(self.trial(set, i, &triangle));
+                triangle.solve(&mut solved);
+                further.extend(self.trial(set, i, triangle.columns(), &solved));
             }
             triangle.truncate(own);
         }
@@ -296,12 +301,17 @@ impl<'c> Linear<'c> {
         self.expected[column][0] + 1e-9 * self.products[(column, column)] + 1e-12
     }
 
-    /// Least squares with the columns of `set` and of the member `new`, which `triangle` holds in
-    /// this order; `None` if one of them had to be what it cannot be.
-    fn trial(&self, set: &TrialSet, new: usize, triangle: &Triangle) -> Option<TrialSet> {
-        let solved = triangle.solution();
+    /// What least squares says of `set` with the member `new`, whose columns, in this order, have
+    /// these coefficients; `None` if one of them had to be what it cannot be.
+    fn trial(
+        &self,
+        set: &TrialSet,
+        new: usize,
+        columns: &[usize],
+        solved: &[f64],
+    ) -> Option<TrialSet> {
         let mut plausibility = 0.0;
-        let mut freedom = triangle.columns().len() as f64;
+        let mut freedom = columns.len() as f64;
         let mut at = 0;
         for &i in set.members.iter().chain([&new]) {
             let member = &self.members[i];
@@ -316,7 +326,7 @@ impl<'c> Linear<'c> {
         // With A x = b: xᵀ P x = xᵀ b − Σ slack x².
         let mut square = self.square;
         let mut penalty = 0.0;
-        for (&i, x) in triangle.columns().iter().zip(&solved) {
+        for (&i, x) in columns.iter().zip(solved) {
             let [precision, mean] = self.expected[i];
             square += x * (precision * mean - self.along[i] - self.slack(i) * x);
             penalty += precision * (x - mean).powi(2);
@@ -331,30 +341,36 @@ impl<'c> Linear<'c> {
         if !log_evidence.is_finite() {
             return None;
         }
-        let place = set.members.partition_point(|&i| i < new);
-        let before = set.members[..place].iter().map(|&i| self.members[i].columns).sum::<usize>();
-        let own = solved.len() - self.members[new].columns;
-        let mut members = set.members.clone();
-        members.insert(place, new);
-        let coefficients = [&solved[..before], &solved[own..], &solved[before..own]].concat();
-        Some(TrialSet { members, log_evidence, coefficients })
+        let (before, behind) = set.members.split_at(set.members.partition_point(|&i| i < new));
+        Some(TrialSet { members: [before, &[new], behind].concat(), log_evidence })
+    }
+
+    /// Coefficients of the columns of a set; `None` where they depend on each other.
+    fn coefficients(&self, set: &TrialSet) -> Option<Vec<f64>> {
+        let mut triangle = Triangle::default();
+        if !set.members.iter().all(|&i| self.extend(&mut triangle, i)) {
+            return None;
+        }
+        let mut solved = Vec::new();
+        triangle.solve(&mut solved);
+        Some(solved)
     }
 
     /// The causes of a set beside those that are given.
-    fn beside(&self, given: &Hypothesis<'c>, set: &TrialSet) -> Hypothesis<'c> {
+    fn beside(&self, given: &Hypothesis<'c>, set: &TrialSet) -> Option<Hypothesis<'c>> {
         let mut hypothesis = given.clone();
-        hypothesis.effects.extend(self.effects(set));
-        hypothesis
+        hypothesis.effects.extend(self.effects(set, &self.coefficients(set)?));
+        Some(hypothesis)
     }
 
     /// The causes of a set with their parameters.
-    fn effects(&self, set: &TrialSet) -> Vec<(&'c Candidate, Vec<f64>)> {
+    fn effects(&self, set: &TrialSet, coefficients: &[f64]) -> Vec<(&'c Candidate, Vec<f64>)> {
         let mut at = 0;
         set.members
             .iter()
             .map(|&i| {
                 let member = &self.members[i];
-                let own = &set.coefficients[at..at + member.columns];
+                let own = &coefficients[at..at + member.columns];
                 at += member.columns;
                 let parameters = member.candidate.parameters.iter().zip(&member.at);
                 let inner = parameters

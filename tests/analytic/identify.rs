@@ -1,6 +1,7 @@
 //! Modes found in records whose poles are known exactly: frequency, damping, shape, scaling, the number of
 //! modes, and whether the stated deviations are right.
 
+use crate::share::one_in;
 use crate::vibration::{
     TrueMode, channel_of, free_decay, gauss, hammered, noisy, pulses, rms, seeded,
 };
@@ -362,6 +363,11 @@ pub(crate) fn coverage_seeds() -> u64 {
         Ok(seeds) => seeds.parse().expect("DETUNE_COVERAGE_SEEDS is a whole number"),
         Err(_) => USUAL,
     }
+}
+
+/// Seeds of other tests that ask for so many.
+pub(crate) fn few(seeds: u64) -> u64 {
+    seeds.div_ceil(one_in() as u64)
 }
 
 /// Shares outside of which right 95 % intervals lie once in a thousand times on either side, from the binomial

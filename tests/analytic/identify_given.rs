@@ -7,7 +7,7 @@ use detune::identify::record_modes::{IdentifiedRecord, identify_record};
 use detune::notes::Code;
 use realfft::RealFftPlanner;
 
-use crate::identify::{asked, coverage_seeds};
+use crate::identify::{asked, coverage_seeds, few};
 use crate::vibration::{C64, TrueMode, gauss, hammered, noisy, seeded};
 
 /// What an analyser does: a random force, stretches of `seconds` that overlap by half, a Hann window, H1; and a gain
@@ -331,7 +331,7 @@ fn ten_modes(seed: u64) -> Vec<TrueMode> {
 /// A light mode beside loud ones is found where no order of the least squares has it, and nothing else is.
 #[test]
 fn a_light_mode_beside_loud_ones_is_found() {
-    for seed in 0..12 {
+    for seed in 0..few(12) {
         let modes = ten_modes(seed);
         let found = identify_record(&of_formula(&modes, |_| 1.0, seed), &asked(&[]));
         must_be(&found, &modes, 1.0, &format!("seed {seed}"));
@@ -346,7 +346,7 @@ fn what_the_fit_leaves_at_a_mode_is_told() {
         TrueMode::new(310.0, 0.003, &[0.6, -0.8, 0.4, 0.5]),
         TrueMode::new(560.0, 0.003, &[0.3, 0.4, -0.7, 0.9]),
     ];
-    for seed in 0..6 {
+    for seed in 0..few(6) {
         let told = |record: &Record| {
             let found = identify_record(record, &asked(&[]));
             found.warnings.iter().filter(|note| note.code == Code::Misfit).count()

@@ -1,7 +1,7 @@
 //! What an instrument does to a record beside measuring it: exponential windows, delays between force and
 //! responses.
 
-use crate::identify::{asked, record};
+use crate::identify::{asked, few, record};
 use crate::vibration::{C64, TrueMode, free_decay, hammered, noisy, pulses, seeded};
 use detune::identify::mode::Mode;
 use detune::identify::record::{Data, Frf, Instrument, Quantity, Record};
@@ -76,7 +76,7 @@ fn a_delay_that_is_not_stated_is_suspected() {
         let found = found(&hammer_record(0, Quantity::Acceleration, seed), Instrument::default());
         assert!(!has(&found, Code::Delay), "{:?}", found.warnings);
     }
-    for (seed, late) in (1..=10).flat_map(|seed| [(seed, 22), (seed, 50)]) {
+    for (seed, late) in (1..=few(10)).flat_map(|seed| [(seed, 22), (seed, 50)]) {
         let record = hammer_record(late, Quantity::Acceleration, seed);
         let found = found(&record, Instrument::default());
         assert!(has(&found, Code::Delay), "{seed} {late}: {:?}", found.warnings);
@@ -109,7 +109,7 @@ fn an_exponential_window_that_is_stated_is_taken_off() {
     let window_s = 0.8;
     let stated = Instrument { exponential_window_s: Some(window_s), ..Instrument::default() };
     let force = pulses(1000, &[20], 5, 40.0);
-    for seed in 0..4 {
+    for seed in 0..few(4) {
         let decay = noisy(&free_decay(&arm(), 2, RATE_HZ, 1000, 0), 0.02, &mut seeded(seed));
         let hit = noisy(&hammered(&arm(), 0, 2, RATE_HZ, &force), 0.01, &mut seeded(seed));
         for (what, force, responses) in

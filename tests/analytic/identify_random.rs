@@ -1,6 +1,6 @@
 //! Responses to a random force that nobody measured: told from decays, and modes with right deviations.
 
-use crate::identify::{asked, coverage_seeds, record};
+use crate::identify::{asked, coverage_seeds, few, record};
 use crate::vibration::{TrueMode, free_decay, noisy, random_response, seeded};
 use detune::identify::RecordKind;
 use detune::identify::record::Quantity;
@@ -148,7 +148,7 @@ fn slow_modes_of_a_fast_record_are_where_they_are() {
         TrueMode::new(2.69, 0.015, &[0.5, 1.0, 0.4, -0.6, -0.6, -0.7]),
         TrueMode::new(21.0, 0.010, &[9.0, -20.0, 31.0, 12.0, -17.0, 25.0]),
     ];
-    for seed in 0..6 {
+    for seed in 0..few(6) {
         let mut rng = seeded(70 + seed);
         let clean = random_response(&modes, RATE, 120_000, &mut rng);
         let responses = noisy(&clean, 0.1, &mut rng);
@@ -193,7 +193,7 @@ fn a_random_response_that_is_too_short_is_told() {
 /// Several impacts, light damping, beats, noise as loud as a fifth of the decay.
 #[test]
 fn what_decays_is_not_taken_for_a_random_response() {
-    for seed in 0..12 {
+    for seed in 0..few(12) {
         let ratio = [0.002, 0.005, 0.02][seed as usize % 3];
         let modes = [
             TrueMode::new(25.0, ratio, &[1.0, 0.4]),

@@ -1,7 +1,7 @@
 //! What recorders and their rooms add to a record: amplifiers without direct current, two clocks, floors that sway,
 //! windows over clipped samples, coarse steps, times in another unit, other signs.
 
-use crate::identify::{asked, record};
+use crate::identify::{asked, few, record};
 use crate::vibration::{
     C64, TrueMode, channel_of, free_decay, gauss, hammered, noisy, pulses, rms, seeded,
 };
@@ -101,7 +101,7 @@ fn two_clocks_are_told_and_double_no_mode() {
 #[test]
 fn a_floor_that_sways_hides_no_mode_and_is_no_mains() {
     let mut told = 0;
-    for seed in 0..8 {
+    for seed in 0..few(8) {
         let mut rng = seeded(40 + seed);
         let force = pulses(4096, &[150], 5, 300.0);
         let mut responses = noisy(&hammered(&arm(), 0, 0, RATE_HZ, &force), 0.01, &mut rng);
@@ -129,7 +129,7 @@ fn a_floor_that_sways_hides_no_mode_and_is_no_mains() {
 /// A machine near by at 1.3 Hz: its tone neither decays nor enters the table, whatever its sign of damping.
 #[test]
 fn a_tone_that_does_not_decay_stays_out_of_the_table() {
-    for seed in 0..8 {
+    for seed in 0..few(8) {
         let mut responses =
             noisy(&free_decay(&arm(), 2, RATE_HZ, 3500, 0), 0.01, &mut seeded(seed));
         for samples in &mut responses {

@@ -12,6 +12,8 @@
 mod planar_arm;
 #[path = "../common/random_robot.rs"]
 mod random_robot;
+#[path = "../common/share.rs"]
+mod share;
 #[path = "../common/two_link.rs"]
 mod two_link;
 #[path = "../common/vibration.rs"]

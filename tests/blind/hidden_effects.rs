@@ -11,6 +11,7 @@
 //! |---|---|
 //! | `DETUNE_SEEDS=200` | the long run: so many seeds for each cause (the arms take turns), four times as many without one, 16 to 44 poses, groups split by the suggested poses. `cargo test --release --test blind hidden_effects -- --nocapture` prints the confusion matrices as Markdown |
 //! | `DETUNE_FIRST_SEED=1000` | other seeds than those of the suite |
+//! | `DETUNE_SHARE=3` | every third case, in which all arms take their turns |
 //! | `DETUNE_ONLY=payload` | only cases whose name (`six-axis-payload-weak-1`) holds this |
 //! | `DETUNE_PROGRAM=path` | judges another build of the program |
 //! | `DETUNE_CASES=folder` | keeps every case with truth.json, diagnosis.json, stderr.txt, and the tables |
@@ -19,6 +20,7 @@ use std::env;
 use std::fs;
 use std::path::PathBuf;
 
+use crate::share::one_in;
 use crate::truth::case::{Case, Order, Scenario, Strength};
 use crate::truth::confusion::Bar;
 use crate::truth::effects::{BEYOND, VOCABULARY};
@@ -90,6 +92,7 @@ impl Run {
     fn judge(&self, title: &str, orders: Vec<Order>, bar: &Bar) {
         let wanted =
             |case: &Case| self.only.as_ref().is_none_or(|only| case.name().contains(only.as_str()));
+        let orders: Vec<Order> = orders.into_iter().step_by(one_in()).collect();
         let count = orders.len();
         let drawn: Vec<Case> = orders.into_iter().filter_map(Case::draw).collect();
         // Not every arm has a place for every cause at every size.

@@ -8,6 +8,9 @@
     reason = "tests stop where they fail"
 )]
 
+#[path = "../common/share.rs"]
+mod share;
+
 mod coverage;
 mod hidden_chain;
 mod hidden_effects;

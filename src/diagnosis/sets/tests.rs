@@ -55,7 +55,7 @@ fn sets_are_solved_as_a_decomposition_solves_them() {
         // Whichever member comes last.
         let last = set[set.len() / 2];
         let others = set.iter().copied().filter(|&i| i != last).collect();
-        let others = TrialSet { members: others, log_evidence: 0.0, coefficients: Vec::new() };
+        let others = TrialSet::of(others);
         let tried =
             linear.with_one_more(&others).into_iter().find(|own| own.members == set).unwrap();
         let own: Vec<usize> = set
@@ -85,7 +85,9 @@ fn sets_are_solved_as_a_decomposition_solves_them() {
             }
         });
         let solution = matrix.clone().svd(true, true).solve(&target, 1e-12).unwrap();
-        for (a, b) in tried.coefficients.iter().zip(solution.iter()) {
+        let coefficients = linear.coefficients(&tried).unwrap();
+        assert_eq!(coefficients.len(), own.len());
+        for (a, b) in coefficients.iter().zip(solution.iter()) {
             assert!((a - b).abs() < 1e-6, "{set:?} {a} {b}");
         }
         // Of what is left, the part of the data alone stands in the likelihood.

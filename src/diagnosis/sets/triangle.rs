@@ -63,14 +63,13 @@ impl Triangle {
     }
 
     /// x of A x = b.
-    pub(super) fn solution(&self) -> Vec<f64> {
-        let mut x = self.forward.clone();
+    pub(super) fn solve(&self, x: &mut Vec<f64>) {
+        x.clone_from(&self.forward);
         for a in (0..x.len()).rev() {
             let row = &self.lower[start(a)..start(a + 1)];
             x[a] /= row[a];
             let own = x[a];
             x.iter_mut().zip(&row[..a]).for_each(|(x, l)| *x -= l * own);
         }
-        x
     }
 }
