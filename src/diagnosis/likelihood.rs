@@ -16,8 +16,8 @@ pub(super) const MIN_NOISE: f64 = 3e-4;
 /// e².
 pub(super) const UNPREDICTED: f64 = -std::f64::consts::LN_2;
 
-/// A step of ln s² after which the next would be less than 1e-7, and one after which ln likelihood is
-/// known to a thousandth: it is flat there.
+/// A step of ln s² after which the next would be less than 1e-7, and one after which ln likelihood
+/// is known to a thousandth: it is flat there.
 const NO_STEP: f64 = 1e-4;
 const SMALL_STEP: f64 = 1e-2;
 
