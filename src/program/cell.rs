@@ -41,10 +41,11 @@ pub(super) fn tool_frame(
     }
 }
 
-/// The tool, where its frame is the job's tcp for want of one of its own; 0 is the flange.
-pub(super) fn of_job_tcp(settings: &Settings, number: u32) -> Option<Tool> {
+/// The tool, where its frame is the job's tcp, or the tip frame where the job has none, for want of
+/// one of its own; 0 is the flange.
+pub(super) fn without_own_frame(settings: &Settings, number: u32) -> Option<Tool> {
     let is_own = settings.tool_frames.contains_key(&number);
-    (number != 0 && !is_own && settings.tcp.is_some()).then_some(Tool::Number(number))
+    (number != 0 && !is_own).then_some(Tool::Number(number))
 }
 
 /// Base `number` in the robot's base frame: the job's frame of that number, the base frame itself
@@ -482,6 +483,21 @@ impl Comments {
                 );
                 log.warning(Code::SpindleCommand, 1, what);
             }
+        }
+    }
+
+    /// Whether comments before the instruction of this line set something.
+    pub(super) fn set_at(&self, line: usize) -> bool {
+        self.numbers.contains_key(&line)
+    }
+
+    /// Tells of comments behind which no instruction stands, but the end of a branch or the like.
+    pub(super) fn tell_unheeded(&self, is_instruction: impl Fn(usize) -> bool, log: &mut Log) {
+        let unheeded = self.numbers.iter().filter(|(line, _)| !is_instruction(**line));
+        if let Some(line) = unheeded.flat_map(|(_, own)| own).map(|(line, ..)| *line).min() {
+            let what = "a comment that sets the spindle or the tool does not count here: no \
+                        instruction follows it; write it before an instruction";
+            log.warning(Code::SpindleCommand, line, what);
         }
     }
 

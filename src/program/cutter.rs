@@ -6,7 +6,7 @@
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::arc::{self, Arc};
-use super::cell::of_job_tcp;
+use super::cell::without_own_frame;
 use super::log::{Log, States};
 use super::span::Span;
 use super::tool_axis::orientation;
@@ -93,6 +93,10 @@ pub(super) struct Cutter<'a> {
     is_second: bool,
     /// A cut was refused whose tool nothing states.
     is_unmeasured: bool,
+    /// The last move to a place that is not known in full: its line, and what is not.
+    partly: Option<(usize, String)>,
+    /// The last move to where the program does not say: its line, and how.
+    left: Option<(usize, String)>,
 }
 
 impl<'a> Cutter<'a> {
@@ -116,6 +120,8 @@ impl<'a> Cutter<'a> {
             loaded: None,
             is_second: false,
             is_unmeasured: false,
+            partly: None,
+            left: None,
         }
     }
 
@@ -398,7 +404,7 @@ impl<'a> Cutter<'a> {
             ));
         }
         self.tcp = own.copied().unwrap_or_default();
-        self.log.tcp_of(of_job_tcp(self.settings, number));
+        self.log.tcp_of(without_own_frame(self.settings, number));
         Ok(())
     }
 
@@ -447,6 +453,28 @@ impl<'a> Cutter<'a> {
         }
     }
 
+    /// A rapid move to a place that is not known in full.
+    pub(super) fn goes_partly(&mut self, line: usize, at: [Option<f64>; 3]) {
+        self.at = at;
+        let mut what = format!("{} not known up to here", self.unknown_axes());
+        if let Some((line, how)) = &self.left {
+            what += &format!(" ({how} in line {line} goes to where the program does not say)");
+        }
+        self.partly = Some((line, what));
+    }
+
+    /// At the end of a program that goes to no place which is known in full.
+    pub(super) fn tell_not_started(&mut self) {
+        let is_told = self.log.has_moved() || self.log.has_errors();
+        if let Some((line, what)) = self.partly.take().filter(|_| !is_told) {
+            let what = format!(
+                "{what}, and the path starts where X, Y and Z are all known: no move is read; \
+                 state X, Y and Z by rapid moves"
+            );
+            self.log.error(Code::Motion, line, what);
+        }
+    }
+
     /// A move to where the program does not say.
     pub(super) fn leave(&mut self, line: usize, axes: [bool; 3], how: &str) {
         for (at, leaves) in self.at.iter_mut().zip(axes) {
@@ -454,6 +482,7 @@ impl<'a> Cutter<'a> {
                 *at = None;
             }
         }
+        self.left = Some((line, how.to_owned()));
         self.log.leaves(line, how);
     }
 

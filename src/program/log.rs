@@ -35,7 +35,8 @@ pub(super) struct Log {
     /// Moves beyond the first whose speed the program leaves open: their number, and the first's
     /// line.
     rapid: Option<(usize, usize)>,
-    /// The tool that the job's tcp stands for now, and the first that has moved at feed so.
+    /// The tool that has no tcp but the job's, or none, now, and the first that has moved at feed
+    /// so.
     tcp_of: [Option<Tool>; 2],
     /// The line that sends the tool to that the program does not give, and how.
     away: Option<(usize, String)>,
@@ -334,12 +335,13 @@ impl Log {
         self.push(Move { to, timing, work, line, stated, spindle_turns: true, ..*last });
     }
 
-    /// The job's tcp stands for this tool from here on, or for none by a name or number.
+    /// This tool has no tcp but the job's, or none, from here on; `None` is one without a name or a
+    /// number, or with a tcp of its own.
     pub(super) fn tcp_of(&mut self, tool: Option<Tool>) {
         self.tcp_of[0] = tool;
     }
 
-    /// The tool that the job's tcp stands for now.
+    /// The tool that has no tcp of its own, as `tcp_of` has stated it.
     pub(super) fn tool_of_tcp(&self) -> Option<Tool> {
         self.tcp_of[0].clone()
     }
@@ -359,8 +361,8 @@ impl Log {
                     _ => "name the file that declares them under path.program.files".to_owned(),
                 };
                 let what = format!(
-                    "{now} moves with the job's tcp, as {first} does, and they may be of different \
-                     lengths: {remedy}"
+                    "{now} has the same tcp as {first}, and they may be of different lengths: \
+                     {remedy}"
                 );
                 self.warning(Code::ChangeIgnored, line, what);
             }
@@ -370,6 +372,30 @@ impl Log {
     /// Where the tip is behind a motion to joints, by the job's robot.
     pub(super) fn stands_at(&mut self, tip: Isometry3<f64>, tcp: Isometry3<f64>) {
         self.last = Some(Last { tip, tcp, holds_work: false });
+    }
+
+    /// The lowest feed of lines and arcs that have a length and on which the spindle may turn, m/s.
+    /// Nothing moves to where the path starts.
+    pub(super) fn slowest_led(&self) -> Option<f64> {
+        const NO_LENGTH_M: f64 = 1e-4;
+        let place = |to: &Target| match to {
+            Target::Joints(_) => None,
+            Target::JointsTo(at) | Target::Line(at) | Target::Arc { end: at, .. } => {
+                Some(at.translation.vector)
+            }
+        };
+        let is_led = |(before, each): &(&Move, &Move)| {
+            let has_length = match (&each.to, place(&before.to)) {
+                (Target::Line(at), Some(from)) => {
+                    (at.translation.vector - from).norm() > NO_LENGTH_M
+                }
+                (Target::Line(_), None) | (Target::Arc { .. }, _) => true,
+                _ => false,
+            };
+            has_length && each.stated.spindle != Some(Spindle::Stands)
+        };
+        let led = self.moves.iter().zip(self.moves.iter().skip(1)).filter(is_led);
+        led.map(|(_, each)| each.feed_m_per_s).reduce(f64::min)
     }
 
     /// Where the last motion went, if that is a pose.

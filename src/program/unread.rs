@@ -27,6 +27,11 @@ pub(super) fn setters(
     warn_of_lines(&names.collect::<Vec<_>>(), text, (dialect, idle), log);
 }
 
+/// What is said where data are read that a refused block would have set.
+pub(super) fn read_of_lost(shown: &str) -> String {
+    format!("{shown} is read, and the block that would set it is refused")
+}
+
 /// Warns of every line of code that names one of these, in lower case, and has set nothing.
 pub(super) fn warn_of_lines_naming(names: &[String], text: &str, dialect: Dialect, log: &mut Log) {
     warn_of_lines(names, text, (dialect, &[]), log);

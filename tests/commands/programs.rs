@@ -106,10 +106,13 @@ fn what_nobody_says_is_at_best_uncertain() {
 const TWO_TOOLS: &str = "T1 M6\nS12000 M3\nG0 X800 Y0 Z600\nG1 X850 F1200\nX900\nM5\nT2 M6\nS800 M3\nG1 X950 F400\n\
                          X800\nM5\nM30\n";
 
+/// Two tools of one length.
+const PATH: &str = "    path: {program: {file: p.nc, tool_frames: {1: {xyz_m: [0, 0, 0]}, 2: {xyz_m: [0, 0, 0]}}}}\n";
+
 fn two_tools(more: &str, operation: &str) -> String {
     format!(
         "robot: {}\n{more}payload: {{mass_kg: 4.2, com_m: [0, 0, 0.07]}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\n\
-         operations:\n  - name: part\n{operation}    path: {{program: {{file: p.nc}}}}\npolicy: {{separation_percent: 3, \
+         operations:\n  - name: part\n{operation}{PATH}policy: {{separation_percent: 3, \
          model_uncertainty_percent: 2}}\n",
         robot()
     )
@@ -308,8 +311,7 @@ fn names_of_stretches_are_not_taken() {
     let bench = Bench::new();
     bench.add("p.nc", TWO_TOOLS);
     let job = two_tools("tools: {1: {teeth: 3}, 2: {teeth: 2}}\n", "");
-    let path = "    path: {program: {file: p.nc}}\n";
-    let other = |name: &str| job.replace(path, &format!("{path}  - name: {name}\n{path}"));
+    let other = |name: &str| job.replace(PATH, &format!("{PATH}  - name: {name}\n{PATH}"));
     bench.add("job.yaml", &other("part/2"));
     let ran = bench.run(&["check", "job.yaml"]);
     assert_eq!(code(&ran), 2);

@@ -1,8 +1,7 @@
 //! `PR[1]=P[2]+PR[3]`, `PR[1,3]=R[4]+5`, `PR[5]=LPOS`: what position registers are set to.
 
-use super::motion::{elements, group_of};
-use super::position::{Held, JOINTS, element_of, joints_by_job, places_by_job};
-use super::registers::OF_A_GROUP;
+use super::expressions::OF_A_GROUP;
+use super::position::{Held, JOINTS, element_of, elements, group_of, joints_by_job, places_by_job};
 use super::run::Run;
 use super::text::Group;
 use super::vision::is_offset;
@@ -23,7 +22,7 @@ impl Run<'_> {
                 let is_alone = name_length(value) == value.len();
                 Ok(if is_alone { self.as_the_job_says(number, value, held) } else { held })
             });
-            let held = held.unwrap_or_else(|why| Held::unknown(None, &why));
+            let held = held.unwrap_or_else(|why| Held::unknown(None, why));
             self.registers.set_position(number, held);
             return Ok(());
         };
@@ -41,9 +40,7 @@ impl Run<'_> {
         };
         let Ok(number) = self.registers.whole(number) else { return false };
         match index.map(|index| self.registers.whole(index)) {
-            Some(Ok(index)) => {
-                self.registers.set_element(number, index, Err(why.to_owned())).is_ok()
-            }
+            Some(Ok(index)) => self.registers.set_element(number, index, Err(why.into())).is_ok(),
             Some(Err(_)) | None => {
                 self.registers.set_position(number, Held::unknown(None, why));
                 true
@@ -127,7 +124,7 @@ impl Run<'_> {
                     let six = elements(&frame);
                     Held::of(&group_of(six))
                 });
-                let held = held.unwrap_or_else(|why| Held::unknown(Some(false), &why));
+                let held = held.unwrap_or_else(|why| Held::unknown(Some(false), why));
                 return Ok((format!("{list}[{number}]"), held, rest));
             }
         }
@@ -142,7 +139,7 @@ impl Run<'_> {
                              that: then assume: {{\"PR[n,1]\": …, …}} in the job can give it"
                         ));
                     }
-                    Held::unknown(Some(are_joints), &why)
+                    Held::unknown(Some(are_joints), why)
                 });
                 return Ok((name.to_owned(), held, behind));
             }

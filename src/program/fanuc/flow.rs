@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use super::registers::names_asked;
 use super::run::{BEHIND_ERROR, Run, SIGNALS, is_harmless};
 use super::text::Statement;
+use super::why::both;
 use super::words::{register, split_outside, starts_with};
 use crate::notes::Code;
 use crate::program::single;
@@ -68,12 +69,12 @@ impl<'a> Run<'a> {
                 }
                 Err(why) => {
                     let end = self.behind("ENDIF", &["IF"])?;
-                    self.leave_open(end, &why)
+                    self.leave_open(end, &why.to_string())
                 }
             };
         }
         let (condition, action) = action_of(rest).ok_or("IF without an action")?;
-        let truth = self.registers.truth(condition);
+        let truth = self.registers.truth(condition).map_err(String::from);
         match truth {
             Ok(false) => Ok(()),
             Ok(true) if starts_with(action, "JMP") || starts_with(action, "CALL") => {
@@ -132,12 +133,17 @@ impl<'a> Run<'a> {
             self.next = index + 1;
         }
         let at_run_time = |why: String| format!("SELECT decides at run time: {why}");
-        let value = self.registers.value(subject).map_err(at_run_time)?;
+        let value = self.registers.value(subject).map_err(|why| at_run_time(why.into()))?;
         for (own, case) in cases {
             let (wanted, action) = split_outside(case, ",").ok_or("a case without an action")?;
             let is_value = |own| single::is_same(own, value);
             let is_it = is_else_of_select(case)
-                || self.registers.value(wanted).and_then(is_value).map_err(at_run_time)?;
+                || self
+                    .registers
+                    .value(wanted)
+                    .map_err(String::from)
+                    .and_then(is_value)
+                    .map_err(at_run_time)?;
             if is_it {
                 return self.branch(own, action.trim());
             }
@@ -188,15 +194,14 @@ impl<'a> Run<'a> {
                 (from, to, 1.0)
             }
         };
-        let ends =
-            self.registers.value(from).and_then(|from| Ok((from, self.registers.value(to)?)));
+        let ends = both(self.registers.value(from), self.registers.value(to));
         let (from, to) = match ends {
             Ok(ends) => ends,
             Err(why) => {
                 // What stands in it is read once.
                 self.registers.set_unread(number, BEHIND_ERROR);
                 self.loops.push((self.next, number, f64::NAN, step));
-                return Err(why);
+                return Err(why.into());
             }
         };
         self.registers.set(number, Ok(from));

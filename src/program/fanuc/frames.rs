@@ -2,8 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion};
 
-use super::motion::{pose, six};
-use super::position::{JOINTS, POSE};
+use super::position::{JOINTS, POSE, pose, six};
 use super::run::{BEHIND_ERROR, Run};
 use super::text::Group;
 use crate::notes::Code;
@@ -20,6 +19,13 @@ impl Run<'_> {
         let found = self.registers.numbered(text, list)?;
         let (number, rest) = found.ok_or_else(|| format!("{list}[ and a number"))?;
         let number = u32::try_from(number).map_err(|_| format!("{list}[{number}]"))?;
+        if number == 0 {
+            let fixed = if list == "UTOOL" { "the flange" } else { "the robot's base frame" };
+            return Err(format!(
+                "{list}[0] cannot be set: it is {fixed}, and the controller stops with an alarm; \
+                 set {list}[1] or a later one, and choose that by {list}_NUM"
+            ));
+        }
         let known = self.frame_from(list, number, rest);
         let unread = |_| Err(format!("{list}[{number}] {BEHIND_ERROR}"));
         self.frames.insert((list, number), known.clone().or_else(unread));
@@ -35,13 +41,19 @@ impl Run<'_> {
 
     /// What a frame is set to: `=PR[9]`.
     fn frame_from(&self, list: &str, number: u32, text: &str) -> Result<Isometry3<f64>, String> {
-        let from = text.trim_start().strip_prefix('=').map_or("", str::trim_start);
+        let from = text.trim_start().strip_prefix('=').map(str::trim_start).ok_or_else(|| {
+            format!(
+                "{list}[{number}] sets nothing: expected {list}[{number}]=PR[n], which sets it, or \
+                 {list}_NUM={number}, which chooses it"
+            )
+        })?;
         let from = self.registers.numbered(from, "PR")?;
         let Some((from, "")) = from.map(|(from, rest)| (from, rest.trim())) else {
             return Err(format!("{list}[{number}] is set to what is not PR[n]: not supported"));
         };
         let group = self.registers.position(from).target(&format!("PR[{from}]"));
         let known = group
+            .map_err(String::from)
             .and_then(|group| six(&group, POSE)?.ok_or_else(|| format!("PR[{from}] holds joints")));
         known.map(pose).map_err(|why| {
             format!("{list}[{number}] is set to PR[{from}], which is not known as a pose: {why}")

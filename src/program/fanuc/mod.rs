@@ -8,7 +8,9 @@
 //! The arm configuration follows from the start of the path; a J that asks for another one by
 //! CONFIG is an error.
 
+mod arcs;
 mod assign;
+mod expressions;
 mod flow;
 mod frames;
 mod hints;
@@ -19,11 +21,14 @@ mod pace;
 mod position;
 mod registers;
 mod run;
+mod shifts;
 mod text;
 mod vision;
+mod why;
 mod words;
 
 use super::Settings;
+use super::cell::set_by_comment;
 use super::log::Log;
 use crate::notes::Code;
 
@@ -41,6 +46,13 @@ pub(super) fn read(source: &str, settings: &Settings, log: &mut Log) {
     }
     for (line, what) in &source.faults {
         log.error(Code::Syntax, *line, what.clone());
+    }
+    for (line, what) in &source.doubts {
+        log.warning(Code::MotionLeftOut, *line, what.clone());
+    }
+    for (line, remark) in &source.remarks_behind {
+        // It begins with ';': no number is read from it, which is told where the job asks for one.
+        set_by_comment(settings, log, *line, remark, |_| None);
     }
     if !source.has_end {
         let what = "the program ends without /END: is the file whole?";

@@ -2,58 +2,37 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3};
 
 use super::pace::NO_TURN_RAD;
-use super::position::{Held, JOINTS, OffsetCondition, POSE, axes, element_of, places_by_job};
+use super::position::{Held, JOINTS, POSE, axes, places_by_job, pose, six};
 use super::run::{BEHIND_ERROR, Run, unstopped};
+use super::shifts::{Shift, unshifted};
 use super::text::{Group, Statement};
 use super::words::{split_action, starts_with, word};
-use crate::motion::{Circle, Configuration, Target, Turning};
+use crate::motion::{Configuration, Target, Turning};
 use crate::notes::Code;
-use crate::program::cell::of_job_tcp;
-use crate::program::{J3From, Pace};
-use crate::units::{deg_from_rad, m_from_mm, mm_from_m, rad_from_deg};
+use crate::program::J3From;
+use crate::program::cell::without_own_frame;
+use crate::units::{deg_from_rad, rad_from_deg};
 
-/// Angles below this are rounding, degrees.
-const NO_ANGLE_DEG: f64 = 1e-6;
+/// Of moves in which the robot holds the work.
+const REMOTE: &str = "a stationary tool (remote TCP) is not supported";
 
 /// A position that a statement names.
-struct Aim {
+pub(super) struct Aim {
     /// `P[3]`, also where a register gives the number.
     name: String,
     is_register: bool,
     /// Values, with the frame and the tool in which they count.
-    group: Group,
+    pub(super) group: Group,
 }
 
 /// Where a motion goes: a pose with its tool, or joints of the arm, rad.
 #[derive(Debug, Clone)]
-enum Place {
+pub(super) enum Place {
     Pose(Isometry3<f64>),
     Joints([f64; 6]),
-}
-
-/// What `Offset,PR[n]` and `Tool_Offset,PR[n]` shift a target by: along the axes of the frame, and
-/// of the tool, m; the frame and the tool whose axes these are, if not those of the target; and
-/// whether the target is itself a shift, `INC`.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Shift {
-    frame: Vector3<f64>,
-    tool: Vector3<f64>,
-    of: [Option<u32>; 2],
-    is_from_before: bool,
-}
-
-/// The frames whose axes `Offset` and `Tool_Offset` shift along.
-fn list_of(option: &str) -> &'static str {
-    if option.starts_with(['T', 't']) { "UTOOL" } else { "UFRAME" }
-}
-
-impl Shift {
-    fn is_none(&self) -> bool {
-        *self == Self { of: self.of, ..Self::default() }
-    }
 }
 
 impl Run<'_> {
@@ -166,27 +145,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// With `INC` a position says how far to go from the one before, along the axes of its frame.
-    fn counted_from_before(
-        &self,
-        place: &Isometry3<f64>,
-        base: &Isometry3<f64>,
-        tcp: &Isometry3<f64>,
-        group: &Group,
-    ) -> Result<Isometry3<f64>, String> {
-        let by = base.inverse() * *place;
-        if by.rotation.angle() > NO_TURN_RAD {
-            return Err("INC that turns the tool is not read".to_owned());
-        }
-        if axes(group).next().is_some() {
-            return Err("INC with external axes is not read".to_owned());
-        }
-        let last = self.log.last().ok_or("INC, and where the tool is before is not known")?;
-        Ok(base * by.translation * base.inverse() * last.with(tcp))
-    }
-
     /// A line or an arc to joint positions goes to where the robot has the tool there.
-    fn led_to(&self, place: &Place, tcp: &Isometry3<f64>) -> Result<Place, String> {
+    pub(super) fn led_to(&self, place: &Place, tcp: &Isometry3<f64>) -> Result<Place, String> {
         let Place::Joints(q) = place else { return Ok(place.clone()) };
         let joints = self.external.joints(q)?;
         let tip = self.settings.tip_at.as_ref().and_then(|tip| tip.at(&joints));
@@ -227,59 +187,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// A: arcs through points in a row, each on the circle of its neighbours; the first is gone to
-    /// straight.
-    fn arc_point(
-        &mut self,
-        statement: &Statement,
-        to: Isometry3<f64>,
-        tcp: Isometry3<f64>,
-        pace: Pace,
-    ) -> Result<(), String> {
-        let index = self.source.statements.iter().position(|other| std::ptr::eq(other, statement));
-        let index = index.ok_or("a statement of no program")?;
-        let line = statement.line;
-        let pose_of = |run: &mut Self, at: Option<usize>| -> Option<Isometry3<f64>> {
-            let text = run.source.statements.get(at?)?.text.trim();
-            let rest = text.strip_prefix('A')?.trim_start();
-            let (aim, _) = run.aim(line, rest).ok()?;
-            let (place, tcp) = run.resolve(line, &aim.group).ok()?;
-            match run.led_to(&place, &tcp).ok()? {
-                Place::Pose(pose) => Some(pose),
-                Place::Joints(_) => None,
-            }
-        };
-        let before = pose_of(self, index.checked_sub(1));
-        let two_before = pose_of(self, index.checked_sub(2)).filter(|_| before.is_some());
-        let behind = pose_of(self, Some(index + 1));
-        let point = |pose: &Isometry3<f64>| pose.translation.vector;
-        let Some(from) = before else {
-            self.log.motion(line, Target::Line(to), tcp, pace);
-            return Ok(());
-        };
-        let (circle, share) = match (two_before, behind) {
-            (Some(first), _) => {
-                let circle = Circle::through(point(&first), point(&from), point(&to));
-                let circle = circle.ok_or("the arc's points lie on one line")?;
-                let share = (circle.via_at() + 1.0) / 2.0;
-                (circle, share)
-            }
-            (None, Some(next)) => {
-                let circle = Circle::through(point(&from), point(&to), point(&next));
-                let circle = circle.ok_or("the arc's points lie on one line")?;
-                let share = circle.via_at() / 2.0;
-                (circle, share)
-            }
-            (None, None) => return Err("A needs three points in a row".to_owned()),
-        };
-        let turned = from.rotation.try_slerp(&to.rotation, 0.5, 1e-12).unwrap_or(to.rotation);
-        let via = Isometry3::from_parts(circle.at(share).into(), turned);
-        self.log.motion(line, Target::Arc { via, end: to, turning: Turning::ByWay }, tcp, pace);
-        Ok(())
-    }
-
     /// The position at the start of a text, and what follows.
-    fn aim<'t>(&mut self, line: usize, text: &'t str) -> Result<(Aim, &'t str), String> {
+    pub(super) fn aim<'t>(&mut self, line: usize, text: &'t str) -> Result<(Aim, &'t str), String> {
         if let Some((number, rest)) = self.registers.numbered(text, "PR")? {
             let name = format!("PR[{number}]");
             let held = self.registers.position(number);
@@ -313,7 +222,7 @@ impl Run<'_> {
     }
 
     /// Tells where nothing says that elements are not joints.
-    fn tell_kind(&mut self, line: usize, name: &str, held: &Held, code: Code) {
+    pub(super) fn tell_kind(&mut self, line: usize, name: &str, held: &Held, code: Code) {
         if held.is_of_unknown_kind() {
             let what = format!(
                 "{name} is taken as X to R, not as joints: the program sets nothing but its \
@@ -435,13 +344,17 @@ impl Run<'_> {
         }
     }
 
-    fn resolve(&mut self, line: usize, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
+    pub(super) fn resolve(
+        &mut self,
+        line: usize,
+        group: &Group,
+    ) -> Result<(Place, Isometry3<f64>), String> {
         let tool = group.tool.or(self.tool);
         let is_given = !self.settings.tool_frames.is_empty() && self.settings.tcp.is_none();
         selected(tool, is_given, "UT : F", "tcp")?;
         let tool = tool.unwrap_or(0);
         let tcp = self.tcp(tool)?;
-        self.log.tcp_of(of_job_tcp(self.settings, tool).filter(|_| !self.is_own_tool(tool)));
+        self.log.tcp_of(without_own_frame(self.settings, tool).filter(|_| !self.is_own_tool(tool)));
         if let Some(degrees) = six(group, JOINTS)? {
             let mut q = degrees.map(rad_from_deg);
             match self.settings.j3_from {
@@ -457,6 +370,9 @@ impl Run<'_> {
                 }
             }
             return Ok((Place::Joints(q), tcp));
+        }
+        if group.parts.contains_key("rx") {
+            return Err(format!("RX to RR of the position: {REMOTE}"));
         }
         let numbers = six(group, POSE)?.ok_or("the position has neither X to R nor J1 to J6")?;
         let frame = group.frame.or(self.frame);
@@ -517,6 +433,8 @@ impl Run<'_> {
             } else if upper == "INC" {
                 shift.is_from_before = true;
                 rest = behind.trim_start();
+            } else if upper == "RTCP" {
+                return Err(format!("{own}: {REMOTE}"));
             } else if upper.starts_with("SKIP") {
                 return Err(format!(
                     "{own}: SKIP CONDITION may end the move before its target, at a place that \
@@ -530,91 +448,6 @@ impl Run<'_> {
         }
         Ok((shift, actions))
     }
-
-    /// `OFFSET CONDITION PR[1]`, `TOOL_OFFSET CONDITION PR[1],UTOOL[2]`: what a bare `Offset` or
-    /// `Tool_Offset` shifts by from here on, and along whose axes.
-    pub(super) fn set_offset(&mut self, text: &str) -> Result<(), String> {
-        let (own, by) = text.split_once(' ').unwrap_or((text, ""));
-        let list = list_of(own);
-        self.offsets.remove(list);
-        let by = by.trim_start().strip_prefix("CONDITION").map_or("", str::trim_start);
-        let unread = || {
-            format!(
-                "'{text}' is not read: expected {own} CONDITION PR[n] or {own} CONDITION \
-                 PR[n],{list}[m]"
-            )
-        };
-        let (register, behind) = self.registers.numbered(by, "PR")?.ok_or_else(unread)?;
-        let behind = behind.trim_start().trim_start_matches(',').trim();
-        let axes_of = match self.registers.numbered(behind, list)? {
-            None if behind.is_empty() => None,
-            Some((of, "")) => Some(u32::try_from(of).map_err(|_| unread())?),
-            _ => return Err(unread()),
-        };
-        let held = self.registers.position(register);
-        self.offsets.insert(list, OffsetCondition { register, held, axes_of });
-        Ok(())
-    }
-
-    /// The register of the condition that holds, and the frame or tool that it names. Whether the
-    /// controller takes what it held there or what it holds now is told apart by a change alone.
-    fn offset_of_condition(&self, shown: &str) -> Result<(i64, Option<u32>), String> {
-        let own = shown.to_uppercase();
-        let condition = self.offsets.get(list_of(shown));
-        let OffsetCondition { register, held, axes_of } = condition
-            .ok_or_else(|| format!("{shown} stands behind no {own} CONDITION that is read"))?;
-        if self.registers.position(*register) != *held {
-            return Err(format!(
-                "PR[{register}] has changed since {own} CONDITION: which value {shown} takes is \
-                 not read"
-            ));
-        }
-        Ok((*register, *axes_of))
-    }
-
-    /// What `Offset,PR[1]` shifts by, m, along whose axes, and what follows.
-    fn shift<'t>(
-        &mut self,
-        line: usize,
-        text: &'t str,
-    ) -> Result<(Vector3<f64>, Option<u32>, &'t str), String> {
-        let shown = text.split([' ', '\t', ',']).next().unwrap_or("");
-        let behind = text.get(shown.len()..).unwrap_or("");
-        let ((number, of), behind) = match behind.trim_start().strip_prefix(',') {
-            Some(by) => {
-                let found = self.registers.numbered(by.trim_start(), "PR")?.ok_or_else(|| {
-                    format!("{shown} shifts the target by what is not PR[n], and is not read")
-                })?;
-                ((found.0, None), found.1)
-            }
-            None => (self.offset_of_condition(shown)?, behind),
-        };
-        let name = format!("PR[{number}]");
-        let held = self.registers.position(number);
-        let group = held.group(&name).map_err(|why| {
-            // What the job assumes holds only before the program sets it.
-            if self.registers.is_assumed_zero(number) || held.is_set() {
-                return format!("{shown} shifts the target: {why}");
-            }
-            format!(
-                "{shown} shifts the target by what is known only at run time; assume: \
-                 {{\"{name}\": 0}} in the job says that it is 0 until the program sets it, and \
-                 {{\"{}\": …}} gives an element",
-                element_of(&name, 3)
-            )
-        })?;
-        // Joints do not shift a pose.
-        self.tell_kind(line, &name, &held, Code::Assumed);
-        let by = six(&group, POSE)?.ok_or("an offset by joints is not read")?;
-        // Full turns, as sums of angles may have, turn nothing.
-        if pose(by).rotation.angle() > rad_from_deg(NO_ANGLE_DEG) {
-            return Err(format!("{shown} turns the target, which is not read"));
-        }
-        if let Some((axis, _)) = axes(&group).find(|(_, value)| *value != 0.0) {
-            return Err(format!("{shown} shifts external axis {axis}, which is not read"));
-        }
-        Ok((Vector3::new(by[0], by[1], by[2]).map(m_from_mm), of, behind))
-    }
 }
 
 /// The joints of the arm in which a line or an arc ends.
@@ -624,50 +457,6 @@ fn ends_in(q: &[f64; 6], arm: &[usize; 6]) -> Configuration {
         shown: format!("J1 to J6 at {}°", degrees.join("°, ")),
         joints: arm.iter().copied().zip(q.map(|q| [q, q])).collect(),
     }
-}
-
-/// Why a shift is not read that is not of a J or an L to a pose.
-fn unshifted(kind: &str, shift: &Shift) -> String {
-    let own = if shift.tool == Vector3::zeros() { "Offset" } else { "Tool_Offset" };
-    match kind {
-        _ if shift.is_from_before => "INC of an arc or of joints is not read".to_owned(),
-        "A" => "an offset of an arc point (A) is not read".to_owned(),
-        "C" => format!("whether {own} of C shifts both of its points is not known: it is not read"),
-        _ => "an offset of a position in joints is not read".to_owned(),
-    }
-}
-
-/// Six components, if the first is there.
-pub(super) fn six(group: &Group, names: [&str; 6]) -> Result<Option<[f64; 6]>, String> {
-    if !group.parts.contains_key(names[0]) {
-        return Ok(None);
-    }
-    let mut found = [0.0; 6];
-    for (value, name) in found.iter_mut().zip(names) {
-        let part = group.parts.get(name);
-        *value = *part.ok_or_else(|| format!("the position has no {}", name.to_uppercase()))?;
-    }
-    Ok(Some(found))
-}
-
-/// A pose as what is taught has it, in no frame.
-pub(super) fn group_of(six: [f64; 6]) -> Group {
-    Group { parts: POSE.map(str::to_owned).into_iter().zip(six).collect(), ..Group::default() }
-}
-
-/// X, Y, Z in mm and W, P, R in degrees of a pose.
-pub(super) fn elements(pose: &Isometry3<f64>) -> [f64; 6] {
-    let at = pose.translation.vector.map(mm_from_m);
-    let (w, p, r) = pose.rotation.euler_angles();
-    let [w, p, r] = [w, p, r].map(deg_from_rad);
-    [at.x, at.y, at.z, w, p, r]
-}
-
-/// X, Y, Z in mm; W, P, R about the fixed x, y and z axes in degrees.
-pub(super) fn pose([x, y, z, w, p, r]: [f64; 6]) -> Isometry3<f64> {
-    let at = Translation3::new(m_from_mm(x), m_from_mm(y), m_from_mm(z));
-    let [w, p, r] = [w, p, r].map(rad_from_deg);
-    Isometry3::from_parts(at, UnitQuaternion::from_euler_angles(w, p, r))
 }
 
 /// A frame or tool that the program selects, or that the job has for all; where the job gives such

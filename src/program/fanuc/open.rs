@@ -10,6 +10,9 @@ use crate::notes::Code;
 use crate::program::Setter;
 use crate::program::cell::all;
 
+/// Behind a branch: why what it sets is not known.
+const MAY_SET: &str = " may set it: ";
+
 impl<'a> Run<'a> {
     /// Goes on at a statement, past those that the run does or not; `why` that is not known.
     pub(super) fn leave_open(&mut self, to: usize, why: &str) -> Result<(), String> {
@@ -18,7 +21,9 @@ impl<'a> Run<'a> {
         if !between.iter().all(|own| self.moves_nothing(own.text.trim())) {
             return Err(decides(why));
         }
-        let by = format!("a branch of line {} may set it: {why}", self.line_before());
+        // Of branches in which conditions of others are set the cause is told.
+        let cause = why.rsplit(MAY_SET).next().unwrap_or(why);
+        let by = format!("a branch of line {}{MAY_SET}{cause}", self.line_before());
         for own in between {
             if !self.may_do(own, own.text.trim(), &by) {
                 return Err(decides(why));

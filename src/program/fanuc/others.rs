@@ -73,7 +73,7 @@ impl Run<'_> {
         let rest = text.get(4..).unwrap_or("").trim();
         let seconds = match Self::time_of(rest) {
             Some((time, unit)) => self.registers.value(time).map(|time| time * unit),
-            None if rest.parse::<f64>().is_ok() => Err(format!("{rest} has no unit")),
+            None if rest.parse::<f64>().is_ok() => Err(format!("{rest} has no unit").into()),
             None => return self.wait_for(rest, line),
         };
         match seconds {

@@ -42,7 +42,7 @@ impl Run<'_> {
         }
         let value = match self.registers.value(number) {
             Ok(value) => value,
-            Err(why) if kind != "J" => return self.unknown_speed(statement.line, &why),
+            Err(why) if kind != "J" => return self.unknown_speed(statement.line, &why.to_string()),
             Err(_) => return Ok(Pace::Rapid),
         };
         if !(value > 0.0 && value.is_finite()) {

@@ -4,7 +4,11 @@
 use std::array::from_fn;
 use std::collections::BTreeMap;
 
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+
 use super::text::Group;
+use super::why::{Why, both};
+use crate::units::{deg_from_rad, m_from_mm, mm_from_m, rad_from_deg};
 
 pub(super) const POSE: [&str; 6] = ["x", "y", "z", "w", "p", "r"];
 pub(super) const JOINTS: [&str; 6] = ["j1", "j2", "j3", "j4", "j5", "j6"];
@@ -27,7 +31,7 @@ pub(super) struct Held {
     /// knows.
     are_joints: Option<bool>,
     /// In mm and degrees, or why they are not known; empty where the program does not set them.
-    elements: [Result<f64, String>; 6],
+    elements: [Result<f64, Why>; 6],
     /// Elements that are zero by the job's word alone.
     assumed: [bool; 6],
     /// The register of which the job says so, where it is another.
@@ -42,14 +46,15 @@ pub(super) struct Held {
 impl Held {
     /// What the program has not set.
     pub(super) fn unset() -> Self {
-        Self { is_set: false, ..Self::unknown(None, "") }
+        Self { is_set: false, ..Self::unknown(None, Why::default()) }
     }
 
     /// What the program has set to what only the run knows.
-    pub(super) fn unknown(are_joints: Option<bool>, why: &str) -> Self {
+    pub(super) fn unknown(are_joints: Option<bool>, why: impl Into<Why>) -> Self {
+        let why = why.into();
         Self {
             are_joints,
-            elements: from_fn(|_| Err(why.to_owned())),
+            elements: from_fn(|_| Err(why.clone())),
             assumed: [false; 6],
             assumed_of: None,
             axes: BTreeMap::new(),
@@ -70,13 +75,13 @@ impl Held {
         let names = if are_joints { JOINTS } else { POSE };
         let element = |name: &str| {
             let value = group.parts.get(name).copied();
-            value.ok_or_else(|| format!("the position has no {}", name.to_uppercase()))
+            value.ok_or_else(|| format!("the position has no {}", name.to_uppercase()).into())
         };
         Self {
             elements: names.map(element),
             axes: axes(group).collect(),
             config: group.config.clone(),
-            ..Self::unknown(Some(are_joints), "")
+            ..Self::unknown(Some(are_joints), Why::default())
         }
     }
 
@@ -93,29 +98,35 @@ impl Held {
         self.elements.iter().all(Result::is_ok)
     }
 
+    /// Whether the program has set an element of it to what is not known.
+    pub(super) fn is_set_to_unknown(&self) -> bool {
+        self.elements.iter().any(|own| own.as_ref().is_err_and(|why| !why.is_empty()))
+    }
+
     /// Whether nothing says that the elements are not joints.
     pub(super) fn is_of_unknown_kind(&self) -> bool {
         self.are_joints.is_none()
     }
 
     /// `PR[1,3]`, by its number from 1.
-    pub(super) fn element(&self, name: &str, index: i64) -> Result<f64, String> {
+    pub(super) fn element(&self, name: &str, index: i64) -> Result<f64, Why> {
         let at = usize::try_from(index).ok().and_then(|index| index.checked_sub(1));
         let own = at.and_then(|at| self.elements.get(at));
         if let Some(own) = own {
             return own.clone().map_err(|why| {
-                let may_give = why.is_empty();
-                let hint = may_give.then(|| format!("; {}", places_by_job(name)));
-                self.reason(name, index, &why) + &hint.unwrap_or_default()
+                let text = self.reason(name, index, &why);
+                // The job can give what the program does not set.
+                let is_unset = why.is_empty();
+                if is_unset { Why::of(text, &element_of(name, index)) } else { why.told(text) }
             });
         }
         let axis = at.and_then(|at| AXES.get(at.checked_sub(self.elements.len())?));
         let value = axis.and_then(|axis| self.axes.get(*axis)).copied();
-        value.ok_or_else(|| format!("{name} is not known in its element {index}"))
+        value.ok_or_else(|| format!("{name} is not known in its element {index}").into())
     }
 
     /// Sets an element by its number from 1.
-    pub(super) fn set(&mut self, index: i64, value: Result<f64, String>) -> Result<(), String> {
+    pub(super) fn set(&mut self, index: i64, value: Result<f64, Why>) -> Result<(), String> {
         let none = || format!("a position has no element {index}");
         let at = usize::try_from(index).ok().and_then(|index| index.checked_sub(1));
         let at = at.ok_or_else(none)?;
@@ -143,7 +154,7 @@ impl Held {
     pub(super) fn completed(mut self, job: &Self, hint: &str) -> Self {
         for (at, own) in self.elements.iter_mut().enumerate() {
             let Err(why) = &*own else { continue };
-            let given = job.elements[at].clone().map_err(|_| format!("{why}{hint}"));
+            let given = job.elements[at].clone().map_err(|_| why.clone().with(hint));
             (*own, self.assumed[at]) = (given, job.assumed[at]);
         }
         self
@@ -155,7 +166,7 @@ impl Held {
         &self,
         only: Option<i64>,
         job: &Self,
-        given: impl Fn(i64) -> Result<f64, String>,
+        given: impl Fn(i64) -> Result<f64, Why>,
     ) -> Self {
         let mut left = self.clone();
         if only.is_none() {
@@ -175,7 +186,7 @@ impl Held {
     }
 
     /// As a place to go to, or a frame: what the job assumes to be zero is none.
-    pub(super) fn target(&self, name: &str) -> Result<Group, String> {
+    pub(super) fn target(&self, name: &str) -> Result<Group, Why> {
         if self.assumed.contains(&true) {
             let from = self.assumed_of.as_deref().unwrap_or(name);
             let is_own = from == name;
@@ -185,20 +196,29 @@ impl Held {
                  sets all elements, or the job gives them: assume: {{\"{}\": …, …, \"{}\": …}}",
                 element_of(from, 1),
                 element_of(from, 6)
-            ));
+            )
+            .into());
         }
         self.group(name)
     }
 
-    /// As what a shift takes, in no frame.
-    pub(super) fn group(&self, name: &str) -> Result<Group, String> {
+    /// As what a shift takes, in no frame. All elements that are not known are told at once.
+    pub(super) fn group(&self, name: &str) -> Result<Group, Why> {
         let names = if self.are_joints == Some(true) { JOINTS } else { POSE };
         let mut group = Group { config: self.config.clone(), ..Group::default() };
         group.parts.extend(self.axes.iter().map(|(axis, value)| (axis.clone(), *value)));
+        let mut unknown = None;
         for (index, own) in (1..).zip(names) {
-            group.parts.insert(own.to_owned(), self.element(name, index)?);
+            match self.element(name, index) {
+                Ok(value) => drop(group.parts.insert(own.to_owned(), value)),
+                Err(why) => why.add_to(&mut unknown),
+            }
         }
-        Ok(group)
+        match unknown {
+            None => Ok(group),
+            Some(why) if self.is_set_to_unknown() => Err(why),
+            Some(why) => Err(format!("{}; {}", why.text(), places_by_job(name)).into()),
+        }
     }
 
     /// The same, where what is not known says of which register it comes; `hint` is what helps
@@ -207,8 +227,13 @@ impl Held {
         let told = self.clone();
         for (index, own) in (1..).zip(&mut self.elements) {
             if let Err(why) = own {
-                let hint = if why.is_empty() { hint } else { "" };
-                *why = told.reason(name, index, why) + hint;
+                let text = told.reason(name, index, why);
+                *why = match why.is_empty() {
+                    // Beside what the program sets to what is not known.
+                    true if told.is_set_to_unknown() => Why::of(text, &element_of(name, index)),
+                    true => why.clone().told(text).with(hint),
+                    false => why.clone().told(text),
+                };
             }
         }
         if self.assumed.contains(&true) {
@@ -232,10 +257,10 @@ impl Held {
             _ => None,
         };
         let is_zero = is_same && sign < 0.0 && are_joints.is_some();
-        let added = |at: usize| match (&self.elements[at], &other.elements[at]) {
-            (Ok(own), Ok(other)) => Ok(own + sign * other),
-            _ if is_zero => Ok(0.0),
-            (Err(why), _) | (_, Err(why)) => Err(why.clone()),
+        let added = |at: usize| match both(self.elements[at].clone(), other.elements[at].clone()) {
+            Ok((own, other)) => Ok(own + sign * other),
+            Err(_) if is_zero => Ok(0.0),
+            Err(why) => Err(why),
         };
         let both = self.axes.iter().filter_map(|(axis, own)| {
             let other = other.axes.get(axis)?;
@@ -253,8 +278,13 @@ impl Held {
     }
 
     /// Why an element of a register is not known.
-    fn reason(&self, name: &str, index: i64, why: &str) -> String {
+    fn reason(&self, name: &str, index: i64, why: &Why) -> String {
         let head = format!("{name} is known only at run time");
+        let why = why.text();
+        // Of registers that are set to each other the last is told.
+        let inner = " is known only at run time: PR[";
+        let last = why.rfind(inner).and_then(|at| why.get(at + inner.len() - "PR[".len()..));
+        let why = last.unwrap_or(why);
         if why.starts_with(&head) {
             return why.to_owned();
         }
@@ -291,4 +321,37 @@ pub(super) fn axes(group: &Group) -> impl Iterator<Item = (String, f64)> {
     let is_axis = |name: &str| AXES.contains(&name) || name.starts_with("gp");
     let own = group.parts.iter().filter(move |(name, _)| is_axis(name));
     own.map(|(name, value)| (name.clone(), *value))
+}
+
+/// Six components, if the first is there.
+pub(super) fn six(group: &Group, names: [&str; 6]) -> Result<Option<[f64; 6]>, String> {
+    if !group.parts.contains_key(names[0]) {
+        return Ok(None);
+    }
+    let mut found = [0.0; 6];
+    for (value, name) in found.iter_mut().zip(names) {
+        let part = group.parts.get(name);
+        *value = *part.ok_or_else(|| format!("the position has no {}", name.to_uppercase()))?;
+    }
+    Ok(Some(found))
+}
+
+/// A pose as what is taught has it, in no frame.
+pub(super) fn group_of(six: [f64; 6]) -> Group {
+    Group { parts: POSE.map(str::to_owned).into_iter().zip(six).collect(), ..Group::default() }
+}
+
+/// X, Y, Z in mm and W, P, R in degrees of a pose.
+pub(super) fn elements(pose: &Isometry3<f64>) -> [f64; 6] {
+    let at = pose.translation.vector.map(mm_from_m);
+    let (w, p, r) = pose.rotation.euler_angles();
+    let [w, p, r] = [w, p, r].map(deg_from_rad);
+    [at.x, at.y, at.z, w, p, r]
+}
+
+/// X, Y, Z in mm; W, P, R about the fixed x, y and z axes in degrees.
+pub(super) fn pose([x, y, z, w, p, r]: [f64; 6]) -> Isometry3<f64> {
+    let at = Translation3::new(m_from_mm(x), m_from_mm(y), m_from_mm(z));
+    let [w, p, r] = [w, p, r].map(rad_from_deg);
+    Isometry3::from_parts(at, UnitQuaternion::from_euler_angles(w, p, r))
 }

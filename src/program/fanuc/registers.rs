@@ -1,37 +1,17 @@
-//! Registers and arithmetic of TP programs.
+//! Registers and signals of TP programs: what the program has set, and what the job assumes.
 
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use super::position::{Held, POSE};
-use super::words::{
-    bare, brackets, indexed, name_length, names_in, outside, parts_outside, split_outside,
-    starts_with, without_comment,
-};
+use super::why::Why;
+use super::words::{bare, indexed, names_in, split_outside, starts_with, without_comment};
 use crate::program::span::Span;
-use crate::program::{Assumed, Settings, single};
-use crate::units::{deg_from_rad, rad_from_deg};
+use crate::program::{Assumed, Settings};
 
-/// Why `PR[GP1:1,7]` is not read.
-pub(super) const OF_A_GROUP: &str = "PR[GP…]: elements of a group are not supported";
-
-/// A function by its name.
-type Function = (&'static str, fn(f64) -> f64);
-
-/// Functions of one number; angles are in degrees.
-const FUNCTIONS: [Function; 10] = [
-    ("SQRT", f64::sqrt),
-    ("SIN", |degrees| rad_from_deg(degrees).sin()),
-    ("COS", |degrees| rad_from_deg(degrees).cos()),
-    ("TAN", |degrees| rad_from_deg(degrees).tan()),
-    ("ASIN", |ratio| deg_from_rad(ratio.asin())),
-    ("ACOS", |ratio| deg_from_rad(ratio.acos())),
-    ("ATAN", |ratio| deg_from_rad(ratio.atan())),
-    ("ABS", f64::abs),
-    ("ROUND", f64::round),
-    ("TRUNC", f64::trunc),
-];
+/// Why an output is not known behind `DO[1]=PULSE,0.5sec` or `PULSE DO[1]`.
+pub(super) const IS_PULSED: &str = "it is pulsed";
 
 /// R[n], PR[n], flags and outputs, and what the job assumes of others.
 #[derive(Debug)]
@@ -52,11 +32,17 @@ pub(super) struct Registers<'a> {
 
 /// Why a name is known no longer.
 #[derive(Debug)]
-struct Lost {
-    /// Who else may have set it; `None` where the program has, to what only the run knows.
-    by: Option<String>,
-    /// Whether what the job assumes of it holds no longer.
-    is_final: bool,
+enum Lost {
+    /// The program has set it to what is not known.
+    Set(Why),
+    /// Who else may have set it, and whether what the job assumes of it holds no longer.
+    Otherwise { by: String, is_final: bool },
+}
+
+impl Lost {
+    fn is_final(&self) -> bool {
+        matches!(self, Self::Set(_) | Self::Otherwise { is_final: true, .. })
+    }
 }
 
 /// What numbers, positions and signals are at a place of the run.
@@ -141,28 +127,28 @@ impl<'a> Registers<'a> {
     }
 
     /// R[n] is set to a number that stands in the text.
-    pub(super) fn set_from(&mut self, number: i64, value: Result<f64, String>, at: Option<Span>) {
+    pub(super) fn set_from(&mut self, number: i64, value: Result<f64, Why>, at: Option<Span>) {
         self.set(number, value);
         if let Some(at) = at {
             self.places.insert(number, at);
         }
     }
 
-    pub(super) fn set(&mut self, number: i64, value: Result<f64, String>) {
+    pub(super) fn set(&mut self, number: i64, value: Result<f64, Why>) {
         self.places.remove(&number);
         match value {
             Ok(value) => drop(self.numbers.insert(number, value)),
-            Err(_) => {
+            Err(why) => {
                 self.numbers.remove(&number);
-                self.lost.insert(format!("r[{number}]"), Lost { by: None, is_final: true });
+                self.lost.insert(format!("r[{number}]"), Lost::Set(why));
             }
         }
     }
 
     /// R[n] is set by a line that is not read.
     pub(super) fn set_unread(&mut self, number: i64, why: &str) {
-        self.set(number, Err(why.to_owned()));
-        let lost = Lost { by: Some(why.to_owned()), is_final: true };
+        self.set(number, Err(Why::default()));
+        let lost = Lost::Otherwise { by: why.to_owned(), is_final: true };
         self.lost.insert(format!("r[{number}]"), lost);
     }
 
@@ -171,7 +157,7 @@ impl<'a> Registers<'a> {
         let name = name.trim().to_lowercase();
         let bare = without_comment(&name);
         let lost = self.lost_of(&bare);
-        let found = self.given(&name).filter(|_| lost.is_none_or(|lost| !lost.is_final));
+        let found = self.given(&name).filter(|_| lost.is_none_or(|lost| !lost.is_final()));
         if found.is_some() && lost.is_none() {
             self.started.borrow_mut().insert(bare);
         }
@@ -197,33 +183,19 @@ impl<'a> Registers<'a> {
     }
 
     /// Why a name is not known, and what may help.
-    fn unknown(&self, name: &str) -> String {
+    pub(super) fn unknown(&self, name: &str) -> Why {
         let name = &without_comment(name.trim());
-        let hint = hint(name);
+        let text = format!("{name} is known only at run time");
         match self.lost_of(&name.trim().to_lowercase()) {
-            None => format!("{name} is known only at run time{hint}"),
-            Some(Lost { by: None, .. }) => {
-                format!("{name} is set to what is known only at run time")
-            }
-            Some(Lost { by: Some(by), is_final }) => {
-                let hint = if *is_final { "" } else { &hint };
-                format!("{name} is known only at run time: {by}{hint}")
-            }
-        }
-    }
-
-    /// A name with the number that its index has now: `DI[R[96]]` is DI[7].
-    fn resolved(&self, name: &str) -> Result<String, String> {
-        match indexed(name.trim()) {
-            Some((list, index)) if !index.contains(',') => {
-                Ok(format!("{list}[{}]", self.value(index)?))
-            }
-            _ => Ok(name.trim().to_owned()),
+            None => Why::of(text, name),
+            Some(Lost::Set(why)) => why.clone().set(name),
+            Some(Lost::Otherwise { by, is_final: true }) => format!("{text}: {by}").into(),
+            Some(Lost::Otherwise { by, .. }) => Why::of(format!("{text}: {by}"), name),
         }
     }
 
     /// What the program has set a flag or an output to, else what the job assumes of it.
-    fn known(&self, name: &str) -> Result<Assumed, String> {
+    pub(super) fn known(&self, name: &str) -> Result<Assumed, Why> {
         let own = self.resolved(name);
         let set = own
             .as_ref()
@@ -322,7 +294,7 @@ impl<'a> Registers<'a> {
             // It may be any.
             ("R" | "PR", Err(_)) => self.lose_all(by),
             (_, Ok(number)) => self.lose_signal(&format!("{list}[{number}]"), by),
-            (_, Err(_)) => self.forget_signal(name),
+            (_, Err(_)) => self.forget_signal(name, by.into()),
         }
     }
 
@@ -358,7 +330,7 @@ impl<'a> Registers<'a> {
 
     fn keep_lost(&mut self, name: String, by: &str) {
         let is_final = self.started.borrow().contains(&name);
-        self.lost.insert(name, Lost { by: Some(by.to_owned()), is_final });
+        self.lost.insert(name, Lost::Otherwise { by: by.to_owned(), is_final });
     }
 
     fn lose_position(&mut self, number: i64, element: Option<i64>, by: &str) {
@@ -370,9 +342,9 @@ impl<'a> Registers<'a> {
             let name = name(index);
             let lower = name.to_lowercase();
             match self.given(&lower) {
-                Some(_) if self.started.borrow().contains(&lower) => Err(by.to_owned()),
+                Some(_) if self.started.borrow().contains(&lower) => Err(by.into()),
                 Some(Assumed::Number(value)) => Ok(value),
-                _ => Err(format!("{by}{}", hint(&name))),
+                _ => Err(Why::of(by, &name)),
             }
         };
         let job = self.position_of_job(number, |name| self.given(&name.to_lowercase()));
@@ -382,7 +354,7 @@ impl<'a> Registers<'a> {
 
     /// What the job assumes of a name holds no longer.
     fn lose_given(&mut self, name: &str, by: &str) {
-        let lost = || Lost { by: Some(by.to_owned()), is_final: true };
+        let lost = || Lost::Otherwise { by: by.to_owned(), is_final: true };
         match indexed(name) {
             Some(("PR", index)) => {
                 let Some((number, element)) = split_outside(index, ",") else { return };
@@ -390,7 +362,7 @@ impl<'a> Registers<'a> {
                     return;
                 };
                 // An element that a condition has read is one of the six.
-                drop(self.set_element(number, element, Err(by.to_owned())));
+                drop(self.set_element(number, element, Err(by.into())));
             }
             _ => {
                 let own = self.resolved(name).unwrap_or_else(|_| name.to_owned());
@@ -406,29 +378,40 @@ impl<'a> Registers<'a> {
 
     /// `F[1]=(DI[2] AND R[3]=1)`, `DO[4]=ON`: what the run alone knows is what the job assumes.
     pub(super) fn set_signal(&mut self, name: &str, value: &str) {
-        let Some((list, index)) = indexed(name.trim()) else { return };
-        let Ok(number) = self.value(index) else {
-            // Any of them may be set.
-            self.signals.retain(|key, _| indexed(key).is_none_or(|(other, _)| other != list));
-            self.lost.insert(list.to_lowercase(), Lost { by: None, is_final: true });
-            return;
-        };
         let value = value.trim();
-        let truth = self.truth(value).map(Assumed::Truth);
-        let found = truth.or_else(|_| self.value(value).map(Assumed::Number));
-        let key = format!("{list}[{number}]");
-        match found {
-            Ok(value) => drop(self.signals.insert(key, value)),
-            Err(_) => {
-                self.signals.remove(&key);
-                self.lost.insert(key.to_lowercase(), Lost { by: None, is_final: true });
-            }
-        }
+        let found = match (self.truth(value), self.value(value)) {
+            (Ok(truth), _) => Ok(Assumed::Truth(truth)),
+            (_, Ok(number)) => Ok(Assumed::Number(number)),
+            _ if starts_with(value, "PULSE") => Err(IS_PULSED.into()),
+            (Err(truth), Err(number)) => Err(truth.or(number)),
+        };
+        self.keep_signal(name, found);
     }
 
     /// What a signal is set to is known no longer.
-    pub(super) fn forget_signal(&mut self, name: &str) {
-        self.set_signal(name, "");
+    pub(super) fn forget_signal(&mut self, name: &str, why: Why) {
+        self.keep_signal(name, Err(why));
+    }
+
+    fn keep_signal(&mut self, name: &str, value: Result<Assumed, Why>) {
+        let Some((list, index)) = indexed(name.trim()) else { return };
+        let number = match self.value(index) {
+            Ok(number) => number,
+            Err(why) => {
+                // Any of them may be set.
+                self.signals.retain(|key, _| indexed(key).is_none_or(|(other, _)| other != list));
+                self.lost.insert(list.to_lowercase(), Lost::Set(why));
+                return;
+            }
+        };
+        let key = format!("{list}[{number}]");
+        match value {
+            Ok(value) => drop(self.signals.insert(key, value)),
+            Err(why) => {
+                self.signals.remove(&key);
+                self.lost.insert(key.to_lowercase(), Lost::Set(why));
+            }
+        }
     }
 
     /// What PR[n] holds: what the program has set it to, before that what the job assumes.
@@ -471,7 +454,7 @@ impl<'a> Registers<'a> {
         &mut self,
         number: i64,
         index: i64,
-        value: Result<f64, String>,
+        value: Result<f64, Why>,
     ) -> Result<(), String> {
         let mut held = self.position(number);
         held.set(index, value)?;
@@ -479,43 +462,8 @@ impl<'a> Registers<'a> {
         Ok(())
     }
 
-    /// `PR[1,3]`.
-    fn component(&self, inside: &str) -> Result<f64, String> {
-        if inside.starts_with("GP") {
-            return Err(OF_A_GROUP.to_owned());
-        }
-        let (number, index) = split_outside(inside, ",").ok_or("expected PR[n,i]")?;
-        let (number, index) = (self.whole(number)?, self.whole(index)?);
-        self.position(number).element(&format!("PR[{number}]"), index)
-    }
-
-    /// A number in brackets: `5`, `R[1]`, `R[2:id]+1`.
-    pub(super) fn whole(&self, text: &str) -> Result<i64, String> {
-        /// More no controller has of anything.
-        const MAX: f64 = 1e9;
-        let text = text.trim();
-        if let Ok(number) = text.parse() {
-            return Ok(number);
-        }
-        let value = self.value(text)?;
-        if value.fract() == 0.0 && value.abs() < MAX {
-            Ok(value as i64)
-        } else {
-            Err(format!("{text} is {value}, expected a whole number"))
-        }
-    }
-
-    /// The number of `R[5:comment]` or `PR[R[1]]` at the start of a text, and what follows.
-    pub(super) fn numbered<'t>(
-        &self,
-        text: &'t str,
-        name: &str,
-    ) -> Result<Option<(i64, &'t str)>, String> {
-        let Some((inside, rest)) = brackets(text, name) else { return Ok(None) };
-        Ok(Some((self.whole(inside)?, rest)))
-    }
-
-    fn get(&self, number: i64) -> Result<f64, String> {
+    /// R[n].
+    pub(super) fn number(&self, number: i64) -> Result<f64, Why> {
         if let Some(value) = self.numbers.get(&number) {
             return Ok(*value);
         }
@@ -523,173 +471,5 @@ impl<'a> Registers<'a> {
             Some(Assumed::Number(value)) => Ok(value),
             _ => Err(self.unknown(&format!("R[{number}]"))),
         }
-    }
-
-    /// A sum of products of numbers and registers.
-    pub(super) fn value(&self, text: &str) -> Result<f64, String> {
-        let text = bare(text)?;
-        let mut rest = text;
-        let (mut sum, mut term, mut operator) = (0.0, 0.0, '+');
-        loop {
-            let (value, behind) = self.operand(rest)?;
-            match operator {
-                '+' => (sum, term) = (sum + term, value),
-                '-' => (sum, term) = (sum + term, -value),
-                '*' => term *= value,
-                _ if value == 0.0 => return Err("division by zero".to_owned()),
-                '%' => term %= value,
-                'D' => term = (term / value).trunc(),
-                _ => term /= value,
-            }
-            rest = behind.trim_start();
-            let Some(next) = rest.chars().next() else { break };
-            let (op, length) = match next {
-                '+' | '-' | '*' | '/' => (next, 1),
-                _ if starts_with(rest, "MOD") => ('%', 3),
-                _ if starts_with(rest, "DIV") => ('D', 3),
-                _ => return Err(format!("'{rest}' is not understood in an expression")),
-            };
-            operator = op;
-            rest = rest.get(length..).unwrap_or("");
-        }
-        let value: f64 = sum + term;
-        if value.is_finite() { Ok(value) } else { Err("the result is not finite".to_owned()) }
-    }
-
-    fn operand<'t>(&self, text: &'t str) -> Result<(f64, &'t str), String> {
-        let unsigned = text.trim_start_matches(['-', ' ', '\t']);
-        let signs = text.bytes().take(text.len() - unsigned.len()).filter(|b| *b == b'-');
-        let sign = if signs.count() % 2 == 1 { -1.0 } else { 1.0 };
-        self.unsigned(unsigned).map(|(value, rest)| (sign * value, rest))
-    }
-
-    fn unsigned<'t>(&self, text: &'t str) -> Result<(f64, &'t str), String> {
-        if text.starts_with('(') {
-            // The one that closes it has nothing open around it.
-            let close = outside(text, |depth, rest| depth == 0 && rest.starts_with(')'));
-            let close = close.ok_or("expected ')'")?;
-            let inner = text.get(1..close).unwrap_or("");
-            return Ok((self.value(inner)?, text.get(close + 1..).unwrap_or("")));
-        }
-        if let Some((inside, rest)) = brackets(text, "PR") {
-            return Ok((self.component(inside)?, rest));
-        }
-        if let Some((number, rest)) = self.numbered(text, "R")? {
-            return Ok((self.get(number)?, rest));
-        }
-        let digits = text.bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
-        if digits > 0 {
-            let value = text.get(..digits).and_then(|text| text.parse().ok());
-            let value = value.ok_or_else(|| format!("'{text}' is no number"))?;
-            return Ok((value, text.get(digits..).unwrap_or("")));
-        }
-        if let Some((function, (inside, rest))) =
-            FUNCTIONS.iter().find_map(|(name, of)| Some((of, brackets(text, name)?)))
-        {
-            return Ok((function(self.value(inside)?), rest));
-        }
-        let (name, rest) = text.split_at(name_length(text));
-        if name.is_empty() {
-            return Err(format!("'{}' is no value", text.trim()));
-        }
-        Ok(match self.known(name)? {
-            Assumed::Number(value) => (value, rest),
-            Assumed::Truth(value) => (f64::from(u8::from(value)), rest),
-        })
-    }
-
-    /// A condition: a comparison of values, or an input that the job assumes; joined by AND or OR.
-    pub(super) fn truth(&self, text: &str) -> Result<bool, String> {
-        let text = bare(text)?;
-        for (joint, decides) in [(" OR ", true), (" AND ", false)] {
-            let parts = parts_outside(text, joint);
-            if parts.len() == 1 {
-                continue;
-            }
-            let mut found = Ok(!decides);
-            for part in parts {
-                match self.truth(part) {
-                    Ok(value) if value == decides => return Ok(decides),
-                    Err(why) if found.is_ok() => found = Err(why),
-                    _ => {}
-                }
-            }
-            return found;
-        }
-        let inner = text.trim_start_matches(['!', ' ']);
-        let signs = text.len() - inner.len();
-        if signs > 0 {
-            let signs = text.bytes().take(signs).filter(|b| *b == b'!');
-            let is_kept = signs.count() % 2 == 0;
-            return self.truth(inner).map(|value| value == is_kept);
-        }
-        for operator in ["<>", "<=", ">=", "=", "<", ">"] {
-            if let Some((left, right)) = split_outside(text, operator) {
-                return self.compare(operator, left.trim(), right.trim());
-            }
-        }
-        if let "ON" | "OFF" = text {
-            return Ok(text == "ON");
-        }
-        match self.known(text)? {
-            Assumed::Truth(value) => Ok(value),
-            Assumed::Number(_) => Err(self.unknown(text)),
-        }
-    }
-
-    fn compare(&self, operator: &str, left: &str, right: &str) -> Result<bool, String> {
-        let right = bare(right)?;
-        if let "ON" | "OFF" = right {
-            let known = match self.known(left)? {
-                Assumed::Truth(value) => value,
-                Assumed::Number(value) => value != 0.0,
-            };
-            return Ok((known == (right == "ON")) == (operator == "="));
-        }
-        // Numbers as the text has them are rounded alike.
-        let is_written = |text: &str| text.parse::<f64>().is_ok() || self.place(text).is_some();
-        let are_written = is_written(left) && is_written(right);
-        let (left, right) = (self.value(left)?, self.value(right)?);
-        let asks_equal = matches!(operator, "=" | "<>");
-        let order = match left.partial_cmp(&right) {
-            Some(order) if are_written || asks_equal && order.is_eq() => order,
-            _ => single::order(left, right)?,
-        };
-        Ok(match operator {
-            "=" => order.is_eq(),
-            "<>" => order.is_ne(),
-            "<" => order.is_lt(),
-            "<=" => order.is_le(),
-            ">" => order.is_gt(),
-            _ => order.is_ge(),
-        })
-    }
-}
-
-/// What in the job can give a name.
-fn hint(name: &str) -> String {
-    format!("; assume: {{\"{name}\": …}} in the job can give it")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_and_truths() {
-        let mut settings = Settings::default();
-        settings.assume.insert("di[1]".to_owned(), Assumed::Truth(true));
-        settings.assume.insert("weld_speed".to_owned(), Assumed::Number(8.0));
-        let mut registers = Registers::new(&settings);
-        registers.set(3, Ok(7.0));
-        for (text, expected) in
-            [("R[3:a b]*2-1", 13.0), ("(R[3]+1) DIV 3", 2.0), ("-4", -4.0), ("WELD_SPEED", 8.0)]
-        {
-            assert_eq!(registers.value(text), Ok(expected), "{text}");
-        }
-        assert!(registers.value("R[4]").unwrap_err().contains("only at run time"));
-        assert_eq!(registers.truth("DI[1]=ON"), Ok(true));
-        assert_eq!(registers.truth("(R[3]<>7 OR DI[1]=ON)"), Ok(true));
-        assert!(registers.truth("DI[2]=ON").is_err());
     }
 }

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use nalgebra::Isometry3;
 
 use super::position::{OffsetCondition, places_by_job};
-use super::registers::{Asked, Registers, State};
-use super::text::{Source, Statement, is_dashed_remark, is_motion};
+use super::registers::{Asked, IS_PULSED, Registers, State};
+use super::text::{Source, Statement, is_dashed_remark, is_motion, is_remark};
 use super::words::{brackets, register, split_outside, starts_with};
 use crate::notes::Code;
 use crate::program::Settings;
@@ -22,7 +22,7 @@ const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 pub(super) const BEHIND_ERROR: &str = "behind a line that is not read";
 
 /// How statements begin that neither move nor change anything that is read here.
-const HARMLESS: [&str; 42] = [
+const HARMLESS: [&str; 44] = [
     "DO[",
     "RO[",
     "GO[",
@@ -66,6 +66,8 @@ const HARMLESS: [&str; 42] = [
     "TC_ONLINE",
     "Sensor",
     "USER_ALARM",
+    "SOFTFLOAT",
+    "FOLLOW UP",
 ];
 
 /// Macros of HandlingTool as it is delivered, on the outputs of a gripper: `Close hand 1`.
@@ -74,6 +76,9 @@ const HANDS: [&str; 3] = ["OPEN HAND", "CLOSE HAND", "RELAX HAND"];
 /// Parts of the names of system variables that motion depends on.
 const SYSTEM: [&str; 8] =
     ["UFRAME", "UTOOL", "OVERRIDE", "OVRD", "SPEED", "MAXVEL", "JNTVEL", "$ACCEL"];
+
+/// Parts of the names of others that may change how the arm moves.
+const OF_MOTION: [&str; 5] = ["_GRP", "GROUP", "$SCR.", "$MCR", "$CPCFG"];
 
 /// Flags, markers and outputs: what the program sets them to, it may ask for.
 pub(super) const SIGNALS: [&str; 8] = ["F[", "M[", "DO[", "RO[", "GO[", "AO[", "SO[", "UO["];
@@ -226,8 +231,7 @@ impl<'a> Run<'a> {
             set_by_comment(self.settings, self.log, line, comment, span);
             return Ok(false);
         }
-        let is_remark = text.starts_with("//") || is_dashed_remark(text);
-        if text.is_empty() || is_remark {
+        if is_remark(text) {
             return Ok(false);
         }
         if is_motion(text) {
@@ -349,6 +353,14 @@ impl<'a> Run<'a> {
             );
             self.log.warning(Code::MotionLeftOut, line, what);
         }
+        if first.starts_with("SOFTFLOAT") && !next.starts_with("END") {
+            let what = format!(
+                "'{}' softens the servos: the arm gives way to forces, and leaves the programmed \
+                 path by what is not read",
+                text.trim()
+            );
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
     }
 
     /// `MONITOR CHECK` arms a condition program, `MONITOR END CHECK` ends it.
@@ -369,15 +381,22 @@ impl<'a> Run<'a> {
         if upper == "$MCR.$GENOVERRIDE" {
             return self.set_override(line, text);
         }
+        // How long a WAIT with TIMEOUT waits.
+        if upper.ends_with("$WAITTMOUT") {
+            return Ok(());
+        }
         if SYSTEM.iter().any(|part| upper.contains(part)) {
             return Err(format!("{name} changes frame, tool or speed and is not supported"));
         }
-        if upper.contains("PAYLOAD") {
-            let what = format!(
-                "{name}: what the arm carries changes, and the job's payload is used throughout"
-            );
-            self.log.warning(Code::ChangeIgnored, line, what);
-        }
+        let (code, why) = if upper.contains("PAYLOAD") {
+            let why = "what the arm carries changes, and the job's payload is used throughout";
+            (Code::ChangeIgnored, why)
+        } else if OF_MOTION.iter().any(|part| upper.contains(part)) {
+            (Code::ChangeIgnored, "the variable may change how the arm moves, and is not read")
+        } else {
+            (Code::LeftOut, "the variable is not read: by its name it says nothing of motion")
+        };
+        self.log.warning(code, line, format!("{name}: {why}"));
         Ok(())
     }
 
@@ -419,7 +438,8 @@ impl<'a> Run<'a> {
         if !set_by_name(self.settings, self.log, line, &name, given.clone()) {
             self.doubt_register(line, number, text);
         }
-        self.registers.set_from(number, given.value, given.span);
+        let value = self.registers.value(value_text);
+        self.registers.set_from(number, value, given.span);
         Ok(())
     }
 
@@ -429,7 +449,7 @@ impl<'a> Run<'a> {
         let at = own.as_ptr() as usize - statement.text.as_ptr() as usize;
         let span = own.parse::<f64>().ok().and_then(|_| statement.span(at, at + own.len()));
         let span = span.or_else(|| self.registers.place(own));
-        Given::any(self.registers.value(part), span)
+        Given::any(self.registers.value(part).map_err(String::from), span)
     }
 
     /// `DO[1]=PULSE,0.5sec` sets an output as `PULSE DO[1]` does: at its end it is what it was, or
@@ -438,7 +458,7 @@ impl<'a> Run<'a> {
         let name = text.get(5..).unwrap_or("").trim();
         let end = name.find(']').map_or(name.len(), |at| at + 1);
         let name = name.get(..end).unwrap_or(name);
-        self.registers.forget_signal(name);
+        self.registers.forget_signal(name, IS_PULSED.into());
         self.doubt_signal(line, name, "");
     }
 
@@ -461,7 +481,7 @@ impl<'a> Run<'a> {
         let number = found.map(|(number, _)| number);
         let key = match number {
             Some(number) => {
-                self.registers.set(number, Err(why.to_owned()));
+                self.registers.set(number, Err(why.into()));
                 format!("r[{number}]")
             }
             None if is_signal(name) => {
@@ -470,7 +490,7 @@ impl<'a> Run<'a> {
                     let key = signal_key(name);
                     self.analog.set(self.settings, self.log, line, &key, value);
                 }
-                self.registers.forget_signal(name);
+                self.registers.forget_signal(name, why.into());
                 signal_key(name)
             }
             None => return false,

@@ -59,8 +59,12 @@ pub(super) struct Source {
     pub(super) tracks: Option<(usize, String)>,
     /// Line and name of what is DEFAULT_GROUP in another language.
     pub(super) translated: Option<(usize, String)>,
+    /// Line and remark behind a statement, from its `;` on.
+    pub(super) remarks_behind: Vec<(usize, String)>,
     /// Line and what is wrong.
     pub(super) faults: Vec<(usize, String)>,
+    /// Line and what may be an instruction.
+    pub(super) doubts: Vec<(usize, String)>,
     pub(super) has_end: bool,
     pub(super) lines: usize,
 }
@@ -159,6 +163,42 @@ pub(super) fn is_dashed_remark(text: &str) -> bool {
     text.starts_with("--")
 }
 
+/// `! text`, `// L P[1] …`, `-- text`, or nothing.
+pub(super) fn is_remark(text: &str) -> bool {
+    text.is_empty() || text.starts_with('!') || text.starts_with("//") || is_dashed_remark(text)
+}
+
+/// Whether a text may be an instruction: motion, what sets something, or what leads elsewhere.
+fn may_be_instruction(text: &str) -> bool {
+    const PLAIN: [&str; 5] = ["CALL ", "RUN ", "ABORT", "END", "PAUSE"];
+    text.contains(['[', '=']) || PLAIN.iter().any(|own| text.starts_with(own))
+}
+
+/// Looks at what stands behind the `;` of a statement, which is refused if it is no remark, or at a
+/// remark as a whole: it goes on to the last `;` of its line.
+fn look_behind(source: &mut Source, line: usize, text: &str) {
+    let tail = text.trim_matches([' ', '\t', ';']);
+    let mut behind = tail.split(';').skip(1).map(str::trim);
+    if !is_remark(tail) {
+        let what = format!(
+            "'{tail}' stands behind the ';' of another instruction: TP has one on a line; write it \
+             on a line of its own"
+        );
+        source.faults.push((line, what));
+        return;
+    }
+    if let Some(own) = behind.find(|own| !is_remark(own) && may_be_instruction(own)) {
+        let what = format!(
+            "'{own}' stands behind a ';' within a remark, and is taken as part of it; if it is an \
+             instruction, write it on a line of its own"
+        );
+        source.doubts.push((line, what));
+    }
+    if text.starts_with(';') && !tail.is_empty() {
+        source.remarks_behind.push((line, text.to_owned()));
+    }
+}
+
 /// Takes a line of `/MN`: `  12:L P[1] 100mm/sec FINE ;`, or what continues the one before.
 fn statement(
     source: &mut Source,
@@ -187,12 +227,13 @@ fn statement(
     let mut new =
         open.take().unwrap_or(Statement { line, text: String::new(), places: Vec::new() });
     let own = rest.trim_start();
-    let is_remark = own.starts_with('!') || is_dashed_remark(own);
+    let is_remark = is_remark(own);
     let end = match end_of_statement(rest).filter(|_| !is_remark) {
         Some(end) => Some(end),
         None => rest.trim_end().ends_with(';').then(|| rest.trim_end().len() - 1),
     };
-    let part = rest.get(..end.unwrap_or(rest.len())).unwrap_or("");
+    let (part, behind) = rest.split_at(end.unwrap_or(rest.len()));
+    look_behind(source, line, if is_remark { own } else { behind });
     new.text.push_str(part);
     new.places.extend((0..part.len()).map(|i| at + i));
     if end.is_some() || part.trim_start().starts_with('!') {

@@ -1,8 +1,7 @@
 //! Offsets that vision finds: `VISION GET_OFFSET` fills VR[n], `VOFFSET,VR[n]` shifts a target by
 //! it, `PR[1]=VR[n].OFFSET` takes it. They are read where the job says that they are zero.
 
-use super::motion::group_of;
-use super::position::Held;
+use super::position::{Held, group_of};
 use super::run::Run;
 use super::words::{name_length, starts_with};
 use crate::program::Assumed;
@@ -46,9 +45,9 @@ impl Run<'_> {
             true if self.is_taught(&register) => Held::of(&group_of([0.0; 6])),
             true => {
                 let hint = as_taught(&register);
-                Held::unknown(Some(false), &format!("{name} is what vision finds{hint}"))
+                Held::unknown(Some(false), format!("{name} is what vision finds{hint}"))
             }
-            false => Held::unknown(Some(false), &format!("{name} is what vision finds")),
+            false => Held::unknown(Some(false), format!("{name} is what vision finds")),
         };
         Ok(Some((name.to_owned(), held, behind)))
     }

@@ -49,15 +49,25 @@ pub(super) fn outside(text: &str, mut is_it: impl FnMut(usize, &str) -> bool) ->
     None
 }
 
-/// The ';' behind a statement; one in a comment in brackets is none, `R[1:a;b]`.
+/// The ';' behind a statement; one in brackets or quotes is none, `R[1:a;b]`, `MESSAGE[a;b]`,
+/// `CALL A('b;c')`.
 pub(super) fn end_of_statement(text: &str) -> Option<usize> {
     let (mut depth, mut is_comment) = (0_usize, false);
+    // Behind the quote that closes a text.
+    let mut from = 0;
     for (at, byte) in text.bytes().enumerate() {
+        if at < from {
+            continue;
+        }
         match byte {
+            b'\'' if depth == 0 => {
+                let close = text.get(at + 1..).and_then(|rest| rest.find('\''));
+                from = close.map_or(from, |close| at + 1 + close + 1);
+            }
             b']' => (depth, is_comment) = (depth.saturating_sub(1), false),
             b'[' if !is_comment => depth += 1,
             b':' if depth > 0 => is_comment = true,
-            b';' if !is_comment => return Some(at),
+            b';' if depth == 0 => return Some(at),
             _ => {}
         }
     }

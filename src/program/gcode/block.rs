@@ -1,5 +1,7 @@
 //! A line of G-code → its words, with the places of their numbers.
 
+use super::abbreviated::output;
+use super::comments::behind_comment;
 use super::expression::{Reader, not_vacant};
 use super::parameters::{Key, NOT_SET, Parameters, Set};
 use super::variables;
@@ -245,27 +247,11 @@ impl<'t> Lexer<'t> {
         while let Some(byte) = self.byte() {
             match byte {
                 b' ' | b'\t' => self.at += 1,
-                b'(' => self.comment()?,
+                b'(' => self.at = behind_comment(self.bytes, self.at)?,
                 b';' => self.at = self.bytes.len(),
                 byte if byte.is_ascii_control() => self.at += 1,
                 _ => break,
             }
-        }
-        Ok(())
-    }
-
-    /// Up to the first `)`, behind which there may be the `)` of a comment that holds others.
-    fn comment(&mut self) -> Result<(), String> {
-        let rest = self.bytes.get(self.at..).unwrap_or_default();
-        let end = rest.iter().position(|&byte| byte == b')').ok_or("a comment is not closed")?;
-        let opened = rest.iter().take(end).filter(|byte| **byte == b'(').count();
-        self.at += end + 1;
-        for _ in 1..opened {
-            if !is_next(self.bytes.get(self.at..), b')') {
-                return Err("a comment in a comment: controllers differ in where it ends".into());
-            }
-            let rest = self.bytes.get(self.at..).unwrap_or_default();
-            self.at += rest.iter().position(|&byte| byte == b')').unwrap_or(0) + 1;
         }
         Ok(())
     }
@@ -364,6 +350,16 @@ impl<'t> Lexer<'t> {
             return Err("EXTCALL runs a program from outside the control's memory and is not \
                         supported: name its file under path.program.files, and call it by its name"
                 .to_owned());
+        }
+        if !self.parameters.is_sinumerik()
+            && let Some(name) = output(&name)
+        {
+            self.at += length;
+            if matches!(name, "DPRNT" | "BPRNT") {
+                self.skip_brackets(name)?;
+            }
+            block.names.push((name.to_owned(), String::new()));
+            return Ok(());
         }
         match rest.get(length) {
             _ if is_set(rest.get(length..)) => {
@@ -481,6 +477,30 @@ impl<'t> Lexer<'t> {
             }
             self.at += 1;
         }
+    }
+
+    /// Past `[X#1[53]*Y]` behind a name.
+    fn skip_brackets(&mut self, name: &str) -> Result<(), String> {
+        self.skip()?;
+        let mut depth = 0_usize;
+        while let Some(byte) = self.byte() {
+            match byte {
+                b'[' => depth += 1,
+                b']' => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            if depth == 0 && byte != b']' {
+                break;
+            }
+            self.at += 1;
+            if depth == 0 {
+                return Ok(());
+            }
+        }
+        Err(match depth {
+            0 => format!("{name} must have what it sends in [ ] behind it"),
+            _ => format!("{name}: a bracket is not closed"),
+        })
     }
 
     fn exponent(&self, start: usize) -> String {

@@ -66,6 +66,7 @@ impl Machine<'_> {
                 let [own, out] = [6, 7].map(|at| of_words(self, at));
                 let given = [6, 7].into_iter().filter_map(|at| call.get(at));
                 for value in given.filter(|value| *value > 0.0) {
+                    self.tell_basic_feed(line, self.feed_unit);
                     let states = match self.cutter.feed.kind {
                         FeedKind::PerRevolution => States::FeedPerRevolution,
                         _ => States::Feed { value },
@@ -84,7 +85,14 @@ impl Machine<'_> {
             _ => (feed, Pace::Rapid),
         };
         let dwell = |at: usize, digit: i32| self.dwell_of(call, at, digit);
-        let (mut dwell_s, mut dwell_peck_s, mut dwell_out_s) = (dwell(5, 1)?, 0.0, 0.0);
+        let dwell_s = match call.cycle {
+            Cycle::Peck => match dwell(15, 3)? {
+                own if own > 0.0 => own,
+                _ => dwell(8, 1)?,
+            },
+            _ => dwell(5, 1)?,
+        };
+        let (mut dwell_peck_s, mut dwell_out_s) = (0.0, 0.0);
         let (mut depths, mut lift, mut over_peck) = (vec![depth], None, 0.0);
         if call.cycle == Cycle::Peck {
             if call.get(10).is_some_and(|factor| factor != 0.0 && factor != 1.0) {
@@ -94,10 +102,6 @@ impl Machine<'_> {
             let first = surface - first.ok_or("the cycle has no FDEP and no FDPR")?;
             depths = call.pecks(depth, first)?;
             (dwell_peck_s, dwell_out_s) = (dwell(8, 1)?, dwell(9, 2)?);
-            dwell_s = match dwell(15, 3)? {
-                own if own > 0.0 => own,
-                _ => dwell_peck_s,
-            };
             let given = |at: usize| call.get(at).filter(|length| *length > 0.0);
             // VARI 0 breaks chips, 1 takes them out.
             lift = (call.get(11).unwrap_or(0.0) == 0.0)
@@ -130,7 +134,7 @@ impl Machine<'_> {
             None => self.cutter.hole(line, over, Vector3::ith(w, 1.0), &hole),
         }
         self.cuts(line);
-        self.tell_length(line, true);
+        self.tell_length(line, true, true);
         Ok(())
     }
 

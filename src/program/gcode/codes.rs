@@ -528,6 +528,7 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
             .to_owned());
     }
     machine.tell_moved_zero(line, block);
+    machine.tell_moved_work();
     let done = match machine.motion {
         other if block.word(OPENING).is_some() && !matches!(other, Motion::Arc { .. }) => {
             Err("AR= is the opening angle of an arc: write G2 or G3".to_owned())
@@ -552,7 +553,8 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     if is_cut {
         machine.cuts(line);
     }
-    machine.tell_length(line, is_cut);
+    let states_z = block.word(b'Z').is_some_and(|word| !machine.is_relative(word));
+    machine.tell_length(line, is_cut, states_z);
     machine.watch_unit(line, block);
     if machine.cutter.feed.kind == FeedKind::InverseTime {
         machine.cutter.feed.value = None;
@@ -630,6 +632,7 @@ fn flow_codes(
                     None => flow.back() && code == 990,
                 };
                 if starts_again {
+                    machine.tell_moved_work();
                     let what = "M99 runs the program again without end: it is read once";
                     machine.cutter.log.warning(Code::Assumed, line, what);
                 }

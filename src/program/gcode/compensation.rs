@@ -91,8 +91,8 @@ impl Machine<'_> {
 
     /// A move: which length is no part of it, or another than before. Under G49 tools are taken
     /// away at rapid.
-    pub(super) fn tell_length(&mut self, line: usize, is_cut: bool) {
-        self.tell_other_length(line, is_cut);
+    pub(super) fn tell_length(&mut self, line: usize, is_cut: bool, states_z: bool) {
+        self.tell_other_length(line, is_cut, states_z);
         let moves = match self.lengths.uncompensated {
             Some(Uncompensated::D0) => "moves under D0",
             Some(Uncompensated::G49) if is_cut => "moves at feed under G49 or H0",
@@ -102,14 +102,15 @@ impl Machine<'_> {
         self.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
 
-    /// A move with a length, against the one before of the same tool. Where nothing chooses one, a
-    /// cut is taken to be with the first edge, or the length that has the tool's number.
-    fn tell_other_length(&mut self, line: usize, is_cut: bool) {
+    /// A move with a length, against that of the last cut of the same tool, and a cut against the
+    /// one under which Z was stated. Where nothing chooses one, a move is taken to be with the
+    /// first edge, or the length that has the tool's number.
+    fn tell_other_length(&mut self, line: usize, is_cut: bool, states_z: bool) {
         let counts = match self.is_sinumerik {
             true => self.lengths.uncompensated != Some(Uncompensated::D0),
             false => self.lengths.is_compensated,
         };
-        if !counts || !is_cut && self.lengths.chosen.is_none() {
+        if !counts {
             return;
         }
         let tool = self.cutter.loaded();
@@ -117,18 +118,38 @@ impl Machine<'_> {
         let lengths = &mut self.lengths;
         let number = lengths.chosen.map(|(number, _)| number).or(own);
         let used = Used { number, takes_off: lengths.takes_off };
-        let before = lengths.used.insert(tool, used).unwrap_or(used);
+        let last = lengths.used.get(&tool).copied();
+        let of_z = lengths.of_z.filter(|(of, _)| is_cut && *of == tool).map(|(_, used)| used);
+        if is_cut {
+            lengths.used.insert(tool, used);
+        }
+        if is_cut || states_z {
+            lengths.of_z = Some((tool, used));
+        }
+        if !is_cut && lengths.chosen.is_none() {
+            return;
+        }
+        let other = |before: &Used| before.is_other_than(used);
+        let (before, of_z) = (last.filter(other), of_z.filter(other));
+        let remedy = match (before, of_z) {
+            (None, Some(_)) => ", and Z was stated under that one; state Z again before the cut",
+            _ => "",
+        };
+        let before = before.or(of_z).unwrap_or(used);
         if let (Some(now), Some(before)) = (number, before.number)
             && now != before
         {
-            let what =
-                format!("length {now} behind length {before} of one tool: the tcp stays the same");
+            let what = format!(
+                "length {now} behind length {before} of one tool: the tcp stays the same{remedy}"
+            );
             let line = lengths.chosen.map_or(line, |(_, line)| line);
             self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
         if used.takes_off != before.takes_off {
-            let what = "G43 and G44 of one tool, whose length the one adds to Z and the other \
-                        takes off: the tcp stays the same";
+            let what = format!(
+                "G43 and G44 of one tool, whose length the one adds to Z and the other takes off: \
+                 the tcp stays the same{remedy}"
+            );
             let line = lengths.compensates_at.unwrap_or(line);
             self.cutter.log.warning(Code::ChangeIgnored, line, what);
         }
@@ -146,12 +167,10 @@ impl Machine<'_> {
             if self.lengths.have_cut(*of) && data.now != data.at_cut {
                 let (what, remedy) = match data.now.last() {
                     Some((Setter::Parameter(parameter), _)) => (
-                        format!(
-                            "#{parameter} is the length or the radius of a tool on Fanuc and Haas"
-                        ),
+                        format!("#{parameter} is the length of a tool on Fanuc and Haas"),
                         "; for a number of the program's own take #100 to #199",
                     ),
-                    _ => ("G10 sets the length or the radius of a tool".to_owned(), ""),
+                    _ => ("G10 sets the length of a tool".to_owned(), ""),
                 };
                 let what = format!(
                     "{what}, and the tool has cut before and cuts again: the job's tcp is used \
@@ -167,23 +186,25 @@ impl Machine<'_> {
         }
     }
 
-    /// G10 L1 and L10 to L13. What counts from the value before is not known.
+    /// G10 L1 and L10 to L13. What counts from the value before is not known. L12 and L13 set a
+    /// radius, which a path that is read as programmed does not have.
     pub(super) fn set_tool_data(&mut self, line: usize, kind: i64, block: &Block) {
         let words = block.words.iter().filter(|word| !b"GNLP".contains(&word.letter));
         let value = |value: f64| if self.relative { f64::NAN } else { self.mm(value) };
         let values = words.map(|word| (word.letter, value(word.value))).collect();
         let tool = block.get('P').and_then(|number| tool_number(number).ok());
-        self.lengths.set(line, tool, Setter::G10(kind), values);
+        if !matches!(kind, 12 | 13) {
+            self.lengths.set(line, tool, Setter::G10(kind), values);
+        }
         let what = "G10 sets tool data: the job's tcp is used";
         self.cutter.left_out(line, what.to_owned());
     }
 
-    /// Fanuc and Haas keep lengths and radii of tools in parameters, which are the program's own
-    /// elsewhere.
+    /// Fanuc and Haas keep lengths of tools in parameters, which are the program's own elsewhere.
     pub(super) fn set_parameter_of_tool(&mut self, line: usize, parameter: i64, value: f64) {
         let tool = match parameter {
-            2001..=2800 => (parameter - 1) % 200 + 1,
-            10_001..=13_999 => parameter % 1000,
+            2001..=2400 => (parameter - 1) % 200 + 1,
+            10_001..=11_999 => parameter % 1000,
             _ => return,
         };
         let values = vec![(b'#', self.mm(value))];

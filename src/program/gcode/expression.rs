@@ -1,6 +1,7 @@
 //! Expressions of G-code: `#1`, `#<depth>`, `[#1 + 2]`, `R1`.
 
 use super::abbreviated::whole;
+use super::comments::behind_comment;
 use super::parameters::{Key, Parameters, is_r_parameter};
 use crate::program::functions::function;
 use crate::program::span::Span;
@@ -45,12 +46,10 @@ impl<'t> Reader<'t> {
 
     pub(super) fn skip_blanks(&mut self) {
         while let Some(byte) = self.bytes.get(self.at) {
-            let comment = || {
-                let rest = self.bytes.get(self.at..).unwrap_or_default();
-                rest.iter().position(|byte| *byte == b')')
-            };
+            // One whose end is not clear stays, as what ends the expression.
+            let comment = || behind_comment(self.bytes, self.at).ok();
             match (self.has_comments && *byte == b'(').then(comment).flatten() {
-                Some(end) => self.at += end + 1,
+                Some(behind) => self.at = behind,
                 None if byte.is_ascii_whitespace() => self.at += 1,
                 None => return,
             }
@@ -71,6 +70,8 @@ impl<'t> Reader<'t> {
     fn expect(&mut self, byte: u8) -> Result<(), String> {
         if self.take(byte) {
             Ok(())
+        } else if self.has_comments && self.peek() == Some(b'(') {
+            behind_comment(self.bytes, self.at).and(Err(NO_NUMBER.to_owned()))
         } else {
             Err(format!("expected '{}' in an expression", char::from(byte)))
         }
@@ -164,6 +165,9 @@ impl<'t> Reader<'t> {
                 self.at += 1;
                 let key = self.deeper(Self::key)?;
                 self.parameter(key)
+            }
+            Some(b'(') if self.has_comments => {
+                behind_comment(self.bytes, self.at).and(Err(NO_NUMBER.to_owned()))
             }
             Some(open @ (b'[' | b'(')) => {
                 self.at += 1;

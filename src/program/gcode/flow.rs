@@ -7,6 +7,7 @@ use super::abbreviated::whole;
 use super::by_value;
 use super::expression::{Reader, not_vacant};
 use super::files::Files;
+use super::o_words::{computed, o_word};
 use super::parameters::{Key, Locals, Parameters, Set};
 use super::structure::{Structure, stripped, within};
 use crate::notes::Code;
@@ -339,14 +340,14 @@ impl<'t> Flow<'t> {
         }
         let content = stripped(content);
         match content.as_bytes().first() {
-            Some(b'O' | b'o') => match o_word(content) {
-                Some((label, keyword, rest)) => {
-                    let here = OWord { line, label, keyword };
-                    self.o_statement(&here, Behind { content, rest })?;
-                    Ok(true)
-                }
-                None => Ok(false),
-            },
+            Some(b'O' | b'o') => {
+                let own = o_word(content).map(Ok);
+                let own = own.or_else(|| computed(content, &self.parameters).transpose());
+                let Some((label, keyword, rest)) = own.transpose()? else { return Ok(false) };
+                let here = OWord { line, label, keyword };
+                self.o_statement(&here, Behind { content, rest })?;
+                Ok(true)
+            }
             Some(b'I' | b'i' | b'W' | b'w' | b'E' | b'e' | b'G' | b'g' | b'T' | b't') => {
                 self.fanuc(content, line)
             }
@@ -377,13 +378,10 @@ impl<'t> Flow<'t> {
             }
             "GOTO" => self.jump(content).map(|()| true),
             "WHILE" => {
-                let (truth, _) = self.condition(content, letters(content))?;
+                let truth = self.condition(content, letters(content)).map(|(truth, _)| truth);
                 let end = self.loops.iter().find(|(from, _)| *from == line);
-                let (_, end) = end.ok_or("WHILE without DO and END of its number")?;
-                if !truth {
-                    self.next = end + 1;
-                }
-                Ok(true)
+                let (_, end) = *end.ok_or("WHILE without DO and END of its number")?;
+                self.enter_loop(truth, end + 1).map(|()| true)
             }
             "END" => {
                 let from = self.loops.iter().find(|(_, end)| *end == line);
@@ -396,6 +394,19 @@ impl<'t> Flow<'t> {
             )),
             _ => Ok(false),
         }
+    }
+
+    /// At the head of a loop: past its body where the condition is false, or not known, so that it
+    /// is told once.
+    pub(super) fn enter_loop(
+        &mut self,
+        truth: Result<bool, String>,
+        behind: usize,
+    ) -> Result<(), String> {
+        if truth != Ok(true) {
+            self.next = behind;
+        }
+        truth.map(|_| ())
     }
 
     /// `#1 = 5`, behind THEN.
@@ -547,13 +558,19 @@ impl<'t> Flow<'t> {
                 // The WHILE of a DO stands at its end.
                 let head = self.head(here, &["DO", "ENDWHILE"]);
                 let of_do = head.filter(|o| o.keyword == "DO").map(|o| o.line);
-                let (truth, _) = self.condition(behind.content, behind.rest)?;
-                match (of_do, truth) {
-                    (Some(head), true) => self.next = head + 1,
-                    (Some(_), false) | (None, true) => {}
-                    (None, false) => return self.go_behind(label, line, &["ENDWHILE"]),
+                let truth = self.condition(behind.content, behind.rest).map(|(truth, _)| truth);
+                match of_do {
+                    Some(head) => {
+                        if truth? {
+                            self.next = head + 1;
+                        }
+                        Ok(())
+                    }
+                    None => {
+                        let end = self.find(label, line, &["ENDWHILE"])?;
+                        self.enter_loop(truth, end + 1)
+                    }
                 }
-                Ok(())
             }
             "ENDWHILE" | "ENDREPEAT" => {
                 let head = self.head(here, &["WHILE", "REPEAT"]);
@@ -638,29 +655,4 @@ fn leading_number(text: &str) -> Option<i64> {
     let text = text.trim_start();
     let length = text.bytes().take_while(u8::is_ascii_digit).count();
     text.get(..length)?.parse().ok()
-}
-
-/// `o100 sub`, `o<name> call [1]`: label, keyword in upper case, and where the rest begins.
-fn o_word(line: &str) -> Option<(String, String, usize)> {
-    let behind = line.get(1..)?;
-    let (label, length) = match behind.trim_start().strip_prefix('<') {
-        Some(rest) => {
-            let end = rest.find('>')?;
-            let label: String = rest.get(..end)?.split_whitespace().collect();
-            (label.to_lowercase(), behind.find('>')? + 1)
-        }
-        None => {
-            let blank = behind.len() - behind.trim_start().len();
-            let digits = behind.trim_start().bytes().take_while(u8::is_ascii_digit).count();
-            let label = behind.get(blank..blank + digits).filter(|label| !label.is_empty())?;
-            (label.trim_start_matches('0').to_owned(), blank + digits)
-        }
-    };
-    let rest = line.get(1 + length..)?;
-    let blank = rest.len() - rest.trim_start().len();
-    let letters = rest.trim_start().bytes().take_while(u8::is_ascii_alphabetic).count();
-    // `O8000 T4` is the head of a program with a word behind it.
-    let letters = if letters > 1 { letters } else { 0 };
-    let keyword = rest.get(blank..blank + letters).filter(|word| !word.is_empty())?;
-    Some((label, keyword.to_ascii_uppercase(), 1 + length + blank + letters))
 }

@@ -49,12 +49,22 @@ pub(super) struct Lengths {
     pub(super) chosen: Option<(u32, usize)>,
     /// The same of a tool that is selected: D counts from M6 on.
     pub(super) selected: Option<(f64, usize)>,
-    /// By the tool's number.
+    /// Of its last cut, by the tool's number.
     pub(super) used: HashMap<Option<u32>, Used>,
+    /// The tool, and the length under which Z was last stated or cut at.
+    pub(super) of_z: Option<(Option<u32>, Used)>,
     /// Numbers of the lengths of cuts under G43 and the like.
     pub(super) cut_with: Vec<Option<u32>>,
     /// By the number of the length; `None` is of any tool.
     pub(super) data: BTreeMap<Option<u32>, ToolData>,
+}
+
+impl Used {
+    /// Whether another length counts, or the other way; one that nothing gives is no other.
+    pub(super) fn is_other_than(self, other: Self) -> bool {
+        let numbers = self.number.zip(other.number);
+        numbers.is_some_and(|(own, other)| own != other) || self.takes_off != other.takes_off
+    }
 }
 
 impl Lengths {

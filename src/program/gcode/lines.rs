@@ -7,7 +7,7 @@ use super::block::{
     RADIUS, ROUNDED, TURNS,
 };
 use super::frame::Place;
-use super::state::{AXES, Machine, Tip};
+use super::state::{AXES, Machine, MovedWork, Tip};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::{Arc, Centre, Plane, pieces};
@@ -61,13 +61,9 @@ impl Machine<'_> {
         let corner = asked(block, |length| self.mm(length))?;
         match end {
             [Some(x), Some(y), Some(z)] => self.line_to(line, Vector3::new(x, y, z), pace, corner),
-            _ if pace == Pace::Rapid => {
-                self.cutter.at = end;
-                Ok(())
-            }
             _ => {
-                self.cutter.at = end;
-                Err(self.cutter.unknown())
+                self.cutter.goes_partly(line, end);
+                if pace == Pace::Rapid { Ok(()) } else { Err(self.cutter.unknown()) }
             }
         }
     }
@@ -299,9 +295,7 @@ impl Machine<'_> {
     /// G92.1 and G92.2: where G92 said where the path starts, what they go back to is not stated.
     pub(super) fn end_g92(&mut self, line: usize, keep: bool) {
         if self.starts_by_g92 {
-            let what = "ends the G92 that states where the path starts: where the work is then, \
-                        nothing says";
-            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+            self.moved_work.push((line, MovedWork::EndOfG92));
         }
         self.shift.reset(keep);
     }

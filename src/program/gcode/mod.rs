@@ -19,6 +19,7 @@ mod block;
 mod by_value;
 mod called;
 mod codes;
+mod comments;
 mod compensation;
 mod cycle;
 mod dwell;
@@ -31,6 +32,7 @@ mod lengths;
 mod lines;
 mod macro_call;
 mod names;
+mod o_words;
 mod parameters;
 mod patterns;
 mod places;
@@ -127,6 +129,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     let given = &flow.parameters.given;
     given.tell_unheeded(&settings.assume, is_sinumerik, lines, machine.cutter.log);
     machine.tell_cuts_before_change();
+    machine.cutter.tell_not_started();
     if !is_sinumerik {
         machine.cutter.unit.tell_without_point(machine.cutter.log);
     }
@@ -167,6 +170,7 @@ fn set_parameters(
         }
         if let Key::Number(number) = key {
             machine.set_parameter_of_tool(line, number, value);
+            machine.set_parameter_of_work(line, number);
         }
         if let Err(what) = parameters.set(key, value, span) {
             machine.cutter.log.error(Code::Value, line, what);

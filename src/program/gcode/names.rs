@@ -1,5 +1,6 @@
 //! Words of several letters, as Sinumerik and others have them: which may be left out.
 
+use super::abbreviated::output;
 use super::block::{Block, PLANE_TURN, Word};
 use super::parameters::Parameters;
 use super::siemens::DrillingCall;
@@ -189,6 +190,11 @@ impl Machine<'_> {
             return self.drill_call(line, &call).map(|()| Name::None);
         }
         if HARMLESS.contains(&name) {
+            return Ok(Name::None);
+        }
+        if !self.is_sinumerik && output(name).is_some() {
+            let what = format!("{name} only sends data to another device: it is left out");
+            self.cutter.left_out(line, what);
             return Ok(Name::None);
         }
         if let Some((_, why)) = REFUSED.into_iter().find(|(own, _)| *own == name) {

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::assumed::{DIAMETER, Given, may_be_assumed};
 use crate::program::span::{Held, Span};
+use crate::program::unread::read_of_lost;
 
 /// Parameters that a program may set in all.
 const MAX_PARAMETERS: usize = 100_000;
@@ -133,8 +134,7 @@ impl Parameters {
     /// Not a number where the parameter is vacant, as #0 always is.
     pub(super) fn get(&self, key: &Key) -> Result<f64, String> {
         if self.lost.contains(&*key.in_job()) {
-            let shown = self.shown(key);
-            return Err(format!("{shown} is read, and the block that would set it is refused"));
+            return Err(read_of_lost(&self.shown(key)));
         }
         let is_vacant = match key {
             Key::Number(0) => true,

@@ -31,7 +31,7 @@ impl Machine<'_> {
         own
     }
 
-    fn is_relative(&self, word: Word) -> bool {
+    pub(super) fn is_relative(&self, word: Word) -> bool {
         match word.counts {
             Counts::AsModal => self.relative,
             Counts::Absolute => false,

@@ -28,6 +28,16 @@ const ROUNDING_DEG: f64 = 1e-6;
 /// A chord for the arc of a turn is 0.4 % off its radius.
 const STRAIGHT_DEG: f64 = 10.0;
 
+/// What puts the work where nothing says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum MovedWork {
+    OtherOffset,
+    /// Its number.
+    Parameter(i64),
+    /// G92.1 or G92.2.
+    EndOfG92,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Motion {
     None,
@@ -86,11 +96,19 @@ pub(super) struct Cycle {
     pub(super) asks_for_place: bool,
 }
 
-/// A feed that holds, and whether it was stated in inches.
+/// A feed that holds, and in what it was stated.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct HeldFeed {
     feed: Feed,
+    unit: FeedUnit,
+}
+
+/// In what feeds are stated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct FeedUnit {
     in_inches: bool,
+    /// The machine's own unit, by no word of the program: the job's, or mm where it has none.
+    is_basic: bool,
 }
 
 /// How the tool tip goes where rotary axes turn.
@@ -111,11 +129,13 @@ pub(super) struct Machine<'a> {
     pub(super) inches: bool,
     /// The program has said it.
     pub(super) states_unit: bool,
-    feed_in_inches: bool,
+    pub(super) feed_unit: FeedUnit,
     /// Of the feed that the cutter has.
-    was_feed_in_inches: bool,
+    was_feed_unit: FeedUnit,
     /// The job's unit, in which feeds are under Sinumerik's G70 and G71.
-    basic_in_inches: bool,
+    basic_in_inches: Option<bool>,
+    /// Sinumerik's G70 has come: the machine's own unit may be inches.
+    has_inches_of_lengths: bool,
     pub(super) is_sinumerik: bool,
     pub(super) relative: bool,
     pub(super) centre_absolute: bool,
@@ -142,6 +162,8 @@ pub(super) struct Machine<'a> {
     pub(super) unknown_codes: Vec<(usize, String)>,
     /// A G92 or G10 L20 said where the path starts.
     pub(super) starts_by_g92: bool,
+    /// Each with its line, and no move behind it yet.
+    pub(super) moved_work: Vec<(usize, MovedWork)>,
     /// G0 held before the cycle: G80 goes back to it.
     pub(super) was_rapid: bool,
     /// LIMS=, rev/min.
@@ -155,19 +177,22 @@ pub(super) struct Machine<'a> {
 impl<'a> Machine<'a> {
     pub(super) fn new(settings: &'a Settings, log: &'a mut Log, waits_for_change: bool) -> Self {
         let mut cutter = Cutter::new(settings, log);
-        let inches = settings.unit == Some(LengthUnit::Inch);
-        if settings.unit.is_some() {
+        let basic_in_inches = settings.unit.map(|unit| unit == LengthUnit::Inch);
+        if let Some(inches) = basic_in_inches {
             cutter.unit.state(!inches);
         }
+        let inches = basic_in_inches.unwrap_or(false);
+        let feed_unit = FeedUnit { in_inches: inches, is_basic: true };
         Self {
             cutter,
             motion: Motion::None,
             plane: Plane::XY,
             inches,
             states_unit: false,
-            feed_in_inches: inches,
-            was_feed_in_inches: inches,
-            basic_in_inches: inches,
+            feed_unit,
+            was_feed_unit: feed_unit,
+            basic_in_inches,
+            has_inches_of_lengths: false,
             is_sinumerik: false,
             relative: false,
             centre_absolute: false,
@@ -188,6 +213,7 @@ impl<'a> Machine<'a> {
             lengths: Lengths::default(),
             unknown_codes: Vec::new(),
             starts_by_g92: false,
+            moved_work: Vec::new(),
             was_rapid: false,
             limit_rpm: None,
             is_g97: false,
@@ -209,7 +235,10 @@ impl<'a> Machine<'a> {
     pub(super) fn set_unit(&mut self, inches: bool, of_lengths_alone: bool) {
         self.cutter.unit.state(!inches);
         (self.inches, self.states_unit) = (inches, true);
-        self.feed_in_inches = if of_lengths_alone { self.basic_in_inches } else { inches };
+        self.has_inches_of_lengths |= inches && of_lengths_alone;
+        let basic = self.basic_in_inches.unwrap_or(false);
+        let in_inches = if of_lengths_alone { basic } else { inches };
+        self.feed_unit = FeedUnit { in_inches, is_basic: of_lengths_alone };
     }
 
     pub(super) fn set_feed(&mut self, line: usize, word: Word) -> Result<(), String> {
@@ -219,30 +248,42 @@ impl<'a> Machine<'a> {
         let kind = self.cutter.feed.kind;
         let value = self.feed_in(kind, word.value);
         let feed = Feed { kind, value: Some(value) };
-        self.was_feed_in_inches = self.feed_in_inches;
+        self.was_feed_unit = self.feed_unit;
         self.cutter.state_feed(line, feed, word.value, word.span);
         Ok(())
     }
 
     pub(super) fn held_feed(&self) -> HeldFeed {
-        HeldFeed { feed: self.cutter.feed, in_inches: self.was_feed_in_inches }
+        HeldFeed { feed: self.cutter.feed, unit: self.was_feed_unit }
     }
 
     /// Back to a feed that held before.
-    pub(super) fn hold_feed(&mut self, HeldFeed { feed, in_inches }: HeldFeed) {
-        (self.cutter.feed, self.was_feed_in_inches) = (feed, in_inches);
+    pub(super) fn hold_feed(&mut self, HeldFeed { feed, unit }: HeldFeed) {
+        (self.cutter.feed, self.was_feed_unit) = (feed, unit);
     }
 
-    /// A feed that was stated before a change between inches and mm.
+    /// A feed that was stated before a change between inches and mm, or whose unit nothing says.
     fn tell_kept_feed(&mut self, line: usize) {
         let Feed { kind, value } = self.cutter.feed;
-        if value.is_some()
-            && kind != FeedKind::InverseTime
-            && self.was_feed_in_inches != self.feed_in_inches
-        {
+        if value.is_none() || kind == FeedKind::InverseTime {
+            return;
+        }
+        self.tell_basic_feed(line, self.was_feed_unit);
+        if self.was_feed_unit.in_inches != self.feed_unit.in_inches {
             let what = "F stands before a change between inches and mm, and is taken to stay the \
                         feed that it was; on some controls its number stays, in the other unit: \
                         write F again behind the change";
+            self.cutter.log.warning(Code::UnitAssumed, line, what);
+        }
+    }
+
+    /// A feed in the machine's own unit, in a program with Sinumerik's G70, which is of lengths
+    /// alone.
+    pub(super) fn tell_basic_feed(&mut self, line: usize, unit: FeedUnit) {
+        if self.has_inches_of_lengths && unit.is_basic && self.basic_in_inches.is_none() {
+            let what = "beside G70, feeds are in the basic unit of the machine (MD10240), which \
+                        nothing says: they are taken as mm, and may be inches; write \
+                        path.program.unit: mm or inch in the job, or G700 for feeds in inches";
             self.cutter.log.warning(Code::UnitAssumed, line, what);
         }
     }
@@ -251,7 +292,7 @@ impl<'a> Machine<'a> {
     pub(super) fn feed_in(&self, kind: FeedKind, written: f64) -> f64 {
         match kind {
             FeedKind::InverseTime => written,
-            _ if self.feed_in_inches => mm_from_inch(written),
+            _ if self.feed_unit.in_inches => mm_from_inch(written),
             _ => written,
         }
     }
@@ -472,15 +513,43 @@ impl<'a> Machine<'a> {
         if code != self.shift.active() {
             self.keeps_frame("another work offset")?;
         }
+        self.moved_work.retain(|(_, by)| *by != MovedWork::OtherOffset);
         if self.shift.choose(code, self.cutter.at).is_err() {
-            let what = "another work offset is chosen: the job's work_object is used throughout";
-            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+            self.moved_work.push((line, MovedWork::OtherOffset));
         }
         Ok(())
     }
 
+    /// Fanuc keeps work offsets in these parameters, too, and Haas radii of tools; before the path
+    /// starts they are part of the job's work object.
+    pub(super) fn set_parameter_of_work(&mut self, line: usize, number: i64) {
+        if matches!((number / 100, number % 100), (25..=28, 0..=6)) && self.shift.has_started() {
+            self.moved_work.push((line, MovedWork::Parameter(number)));
+        }
+    }
+
+    /// A move: where the work is, nothing says, from these lines on.
+    pub(super) fn tell_moved_work(&mut self) {
+        for (line, by) in std::mem::take(&mut self.moved_work) {
+            let what = match by {
+                MovedWork::OtherOffset => {
+                    "another work offset is chosen: the job's work_object is used throughout".into()
+                }
+                MovedWork::Parameter(number) => format!(
+                    "#{number} is a work offset on Fanuc: the job's work_object is used \
+                     throughout; for a number of the program's own take #100 to #199"
+                ),
+                MovedWork::EndOfG92 => "ends the G92 that states where the path starts: where the \
+                                        work is then, nothing says"
+                    .to_owned(),
+            };
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
+    }
+
     /// The path starts, or has started before.
     pub(super) fn starts(&mut self, line: usize) {
+        self.tell_moved_work();
         let of_other = AXES.into_iter().zip(self.shift.start()).filter(|(_, is_so)| *is_so);
         let axes: Vec<String> = of_other.map(|(axis, _)| char::from(axis).to_string()).collect();
         if !axes.is_empty() {

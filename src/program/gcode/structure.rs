@@ -46,6 +46,17 @@ pub(super) fn labelled(text: &str) -> (Option<String>, &str) {
     }
 }
 
+/// Whether a text has a synchronized action: `ID=1 WHENEVER $A_IN[1] DO OVR=0` (Siemens, SINUMERIK
+/// 840D sl Synchronized Actions).
+pub(super) fn is_synchronized(text: &str) -> bool {
+    const FIRST: [&str; 7] = ["ID", "IDS", "WHEN", "WHENEVER", "EVERY", "FROM", "DO"];
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let code = text.split('"').next().unwrap_or_default();
+    let mut words = code.split(|c| !is_part(c));
+    words.any(|word| FIRST.iter().any(|own| own.eq_ignore_ascii_case(word)))
+        && words.any(|word| word.eq_ignore_ascii_case("DO"))
+}
+
 /// Without the comment.
 pub(super) fn code(line: &str) -> &str {
     line.split(';').next().unwrap_or("").trim()

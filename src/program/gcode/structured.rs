@@ -5,12 +5,18 @@
 use super::expression::{Reader, not_vacant};
 use super::flow::Flow;
 use super::parameters::Key;
-use super::structure::{code, is_block, labelled, split, stripped, within};
+use super::structure::{code, is_block, is_synchronized, labelled, split, stripped, within};
 
 impl Flow<'_> {
     /// Whether the line directs the flow; then it is done.
     pub(super) fn structured(&mut self, content: &str, line: usize) -> Result<bool, String> {
         let (_, text) = labelled(code(stripped(content)));
+        if is_synchronized(text) {
+            return Err("a synchronized action (WHEN … DO) runs beside the program whenever its \
+                        condition holds, and may stop or change feed and speed: not read; leave \
+                        it out if it changes no motion, speed or tool"
+                .to_owned());
+        }
         let Some((word, rest)) = split(text) else { return Ok(false) };
         match word {
             "IF" => self.if_(rest, line)?,
@@ -21,9 +27,8 @@ impl Flow<'_> {
             "ENDIF" => {}
             "WHILE" => {
                 let end = self.structure.end(line, word)?;
-                if !self.truth(rest)? {
-                    self.next = end + 1;
-                }
+                let truth = self.truth(rest);
+                self.enter_loop(truth, end + 1)?;
             }
             "ENDWHILE" | "ENDLOOP" => self.next = self.structure.start(line, word)?,
             "LOOP" => {

@@ -112,6 +112,14 @@ impl<'t> Block<'t> {
     }
 }
 
+/// Whether a Q parameter that stands apart behind a word is its number, by the first word of its
+/// block: `TOOL CALL 5 Z` has an axis alone.
+fn takes_parameter(name: &str, head: &str) -> bool {
+    let is_of_place = is_of_place(name) && !matches!(head, "" | "TOOL");
+    let others = ["F", "FU", "S", "R", "DL", "RND", "CHF", "LEN", "CCA", "MB", "TIME", "REV"];
+    is_of_place || others.contains(&name)
+}
+
 /// Coordinates, which have numbers wherever they stand: `X`, `IZ`, `PA`.
 fn is_of_place(name: &str) -> bool {
     let axis = name.strip_prefix('I').unwrap_or(name);
@@ -274,9 +282,12 @@ pub(super) fn parse<'t>(text: &'t str, offset: usize, parameters: &Parameters) -
         let (name_end, whole_end) = (at, at);
         // Q200 is a name; X10 is a letter and a number.
         let is_parameter = content.get(start..name_end) == Some("Q");
-        // `Z + Q13`, `TOOL CALL Q11`.
+        // `Z + Q13`, `F Q5`, `TOOL CALL Q11`.
         let is_call = |before: &Word<'_>| before.name == "CALL";
-        let awaits = |before: &Word<'_>| before.is_open() && before.sign.is_some();
+        let head = words.first().filter(|_| words.len() > 1).map_or("", |first| first.name);
+        let awaits = |before: &Word<'_>| {
+            before.is_open() && (before.sign.is_some() || takes_parameter(before.name, head))
+        };
         if is_parameter
             && let Some(before) = words.last().copied().filter(|own| is_call(own) || awaits(own))
             && let (Some(held), length) = parameter(content, start, parameters)
@@ -363,6 +374,16 @@ fn signed(held: Held, is_negative: bool) -> Held {
 impl<'t> Word<'t> {
     fn named(self, content: &'t str, start: usize, end: usize) -> Self {
         Self { name: content.get(start..end).unwrap_or(""), ..self }
+    }
+
+    /// The Q parameter without a value that stands in the word: `Q5`, `FQ5`.
+    pub(super) fn parameter(&self) -> Option<u32> {
+        let of_letter = || {
+            let number = self.value.filter(|_| self.name.len() > 1 && self.name.ends_with('Q'))?;
+            // The largest, which is no parameter, for what is too large.
+            (number.fract() == 0.0).then_some(number.abs() as u32)
+        };
+        self.name.strip_prefix('Q').and_then(|own| own.parse().ok()).or_else(of_letter)
     }
 
     /// A sign that belongs to no word.
@@ -475,6 +496,10 @@ mod tests {
         assert_eq!(
             values("L X - 5 Y+ Q2 Z - Q30"),
             [("L", None), ("X", Some(-5.0)), ("Y", Some(68.0)), ("Z", Some(1.5))]
+        );
+        assert_eq!(
+            values("L X Q2 IZ Q30 F Q2"),
+            [("L", None), ("X", Some(68.0)), ("IZ", Some(-1.5)), ("F", Some(68.0))]
         );
         assert_eq!(
             values("L X - .5 Y - ,25 Z + 0.5"),

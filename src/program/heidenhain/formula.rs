@@ -1,8 +1,13 @@
 //! What Q parameters are set to: formulas, and the functions FN 0 to FN 8 and FN 13 (HEIDENHAIN,
 //! TNC 640 Conversational Programming, "Programming Q parameters").
 
-use super::block::Parameters;
+use std::collections::BTreeSet;
+
+use super::Reader;
+use super::block::{Block, Parameters};
 use crate::program::functions::function;
+use crate::program::span::{Held, Span};
+use crate::program::unread::read_of_lost;
 use crate::units::deg_from_rad;
 
 /// Terms in one another beyond this are refused.
@@ -19,9 +24,43 @@ pub(super) const OF_TOOL: &str = "Q108 is the tool's radius, which TOOL CALL tak
      control's tool table: assume: {Q108: 5} in the job gives that of the first tool alone, and \
      holds up to a call of another tool or with another DR";
 
+impl Reader<'_, '_> {
+    /// `Q2 = Q1 + 68`, also behind `FN 1:`.
+    pub(super) fn assign(&mut self, text: &str, block: &Block<'_>) -> Result<(), String> {
+        let (name, formula) = text.split_once('=').ok_or("a Q parameter without '='")?;
+        let digits = name.trim().strip_prefix(['Q', 'q']).unwrap_or("");
+        if digits.starts_with(['L', 'R', 'S', 'l', 'r', 's']) {
+            return Err(OTHERS.to_owned());
+        }
+        let number = digits.parse::<u32>();
+        let number = number.map_err(|_| format!("'{}' is no Q parameter", name.trim()))?;
+        let value = self.value_of(formula);
+        // What a formula that is not read would have set is not known.
+        self.parameters.remove(&number);
+        self.lost.insert(number);
+        self.given.close(number);
+        if self.cycle.as_ref().is_some_and(|cycle| cycle.has(number)) {
+            return Err(format!("Q{number} of a cycle that is defined is changed: not supported"));
+        }
+        let value = value?;
+        let is_number = formula.replace(',', ".").trim().parse() == Ok(value);
+        let word = block.words.iter().find(|word| word.name.strip_prefix('Q') == Some(digits));
+        let span = word.filter(|_| is_number).and_then(|word| word.span);
+        let sign = usize::from(formula.trim_start().starts_with('+'));
+        let span = span.map(|span| Span::new(span.start + sign, span.end));
+        self.parameters.insert(number, Held { value, span });
+        self.lost.remove(&number);
+        Ok(())
+    }
+
+    pub(super) fn value_of(&self, formula: &str) -> Result<f64, String> {
+        value_of(formula, &self.parameters, &self.lost)
+    }
+}
+
 /// The value of a formula. Decimal commas are points.
-pub(super) fn value_of(text: &str, known: &Parameters) -> Result<f64, String> {
-    let mut reader = Formula { bytes: text.as_bytes(), at: 0, known, depth: 0 };
+fn value_of(text: &str, known: &Parameters, lost: &BTreeSet<u32>) -> Result<f64, String> {
+    let mut reader = Formula { bytes: text.as_bytes(), at: 0, known, lost, depth: 0 };
     let value = reader.sum()?;
     match reader.peek() {
         None if value.is_finite() => Ok(value),
@@ -34,6 +73,8 @@ struct Formula<'t> {
     bytes: &'t [u8],
     at: usize,
     known: &'t Parameters,
+    /// Those that a refused block would have set.
+    lost: &'t BTreeSet<u32>,
     depth: usize,
 }
 
@@ -194,6 +235,7 @@ impl Formula<'_> {
         let number = digits.parse::<u32>().ok();
         let value = number.and_then(|number| self.known.get(&number)).map(|held| held.value);
         value.ok_or_else(|| match number {
+            Some(number) if self.lost.contains(&number) => read_of_lost(&format!("Q{number}")),
             Some(RADIUS) => OF_TOOL.to_owned(),
             _ => format!("Q{digits} is read, and the program has not set it"),
         })
@@ -203,7 +245,6 @@ impl Formula<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::program::span::Held;
 
     #[test]
     fn formulas_as_the_manual_has_them() {
@@ -227,7 +268,7 @@ mod tests {
             ("SGN Q2 * SGN Q12", -1.0),
             ("1,5 * PI", 1.5 * std::f64::consts::PI),
         ] {
-            let found = value_of(text, &known).unwrap();
+            let found = value_of(text, &known, &BTreeSet::new()).unwrap();
             assert!((found - expected).abs() < 1e-12, "{text}: {found}");
         }
         for (text, said) in [
@@ -241,9 +282,9 @@ mod tests {
             ("SGN ( Q1 - 10 )", "SGN 0"),
             ("1.2.3", "no number"),
         ] {
-            let why = value_of(text, &known).unwrap_err();
+            let why = value_of(text, &known, &BTreeSet::new()).unwrap_err();
             assert!(why.contains(said), "{text}: {why}");
         }
-        assert!(value_of(&"(".repeat(100_000), &known).is_err());
+        assert!(value_of(&"(".repeat(100_000), &known, &BTreeSet::new()).is_err());
     }
 }

@@ -194,7 +194,7 @@ impl Reader<'_, '_> {
                 Ok(())
             }
             _ => {
-                self.cutter.at = end;
+                self.cutter.goes_partly(line, end);
                 if pace == Pace::Rapid { Ok(()) } else { Err(self.cutter.unknown()) }
             }
         }

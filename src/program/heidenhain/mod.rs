@@ -11,12 +11,13 @@ mod approach;
 mod assumed;
 mod block;
 mod cycle;
+mod flow;
 mod formula;
 mod lines;
 mod quiet;
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use nalgebra::{Vector2, Vector3};
 
@@ -24,8 +25,8 @@ use super::arc::Plane;
 use super::corner::Corner;
 use super::cutter::{Cutter, Feed, FeedKind};
 use super::log::Log;
-use super::span::{Held, Span};
-use super::unread::{behind_end, left_over, read_as_run};
+use super::span::Held;
+use super::unread::{behind_end, left_over, read_as_run, read_of_lost};
 use super::{Pace, Settings};
 use crate::notes::Code;
 use crate::units::mm_from_inch;
@@ -45,9 +46,6 @@ const CHANGES_MOTION: [f64; 13] =
 /// basic rotation.
 const CHANGES_DATUM: [f64; 3] = [104.0, 142.0, 143.0];
 
-/// Calls in one another.
-const MAX_CALLS: usize = 10;
-
 /// Reads a program into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut reader = Reader::new(text, settings, log);
@@ -57,7 +55,12 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
         reader.cutter.log.error(Code::Syntax, line, what);
         return;
     }
+    if let Some((line, what)) = reader.begins_otherwise() {
+        reader.cutter.log.error(Code::Syntax, line, what);
+        return;
+    }
     reader.run();
+    reader.cutter.tell_not_started();
     reader.end_unknown();
     reader.tell_unheeded();
     if let Some(line) = reader.first_to_skip() {
@@ -112,6 +115,8 @@ struct Reader<'a, 't> {
     feed_of_tool: Option<Feed>,
     /// What formulas and FN 0 to 8 and 13 have set, or the job gives.
     parameters: Parameters,
+    /// Those that a refused block would have set.
+    lost: BTreeSet<u32>,
     given: Given<'a>,
     /// Cycle 7: where the program's zero is in the work object, mm.
     shift: Vector3<f64>,
@@ -159,6 +164,7 @@ impl<'a, 't> Reader<'a, 't> {
             is_refused: false,
             feed_of_tool: None,
             parameters,
+            lost: BTreeSet::new(),
             given,
             shift: Vector3::zeros(),
             corner: None,
@@ -226,10 +232,20 @@ impl<'a, 't> Reader<'a, 't> {
                 && (word.name.starts_with('Q') || word.name.ends_with('Q'))
         };
         if block.words.iter().any(is_unset)
-            && !matches!(block.name(0), "CALL" | "CYCL" | "TCH" | "FN" | "BEGIN" | "END")
+            && !matches!(block.name(0), "CALL" | "CYCL" | "TCH" | "FN" | "BEGIN" | "END" | "BLK")
             && !block.name(0).starts_with('Q')
         {
             let is_other = block.words.iter().any(|word| OTHER_KINDS.contains(&word.name));
+            let read = || block.words.iter().filter_map(Word::parameter);
+            if let Some(number) = read().find(|own| self.lost.contains(own)) {
+                return Err(read_of_lost(&format!("Q{number}")));
+            }
+            if let Some(number) = read().find(|own| self.parameters.contains_key(own)) {
+                return Err(format!(
+                    "Q{number} stands apart, and is not read as the number of the word before it: \
+                     write it in its word, as in X+Q{number}"
+                ));
+            }
             let own = "Q parameters in words are read only where the program has set them";
             let own = if block.words.iter().any(is_radius) { OF_TOOL } else { own };
             return Err(if is_other { OTHERS } else { own }.to_owned());
@@ -248,11 +264,7 @@ impl<'a, 't> Reader<'a, 't> {
             self.cutter.log.error(Code::Motion, line, corner.misplaced());
         }
         match block.name(0) {
-            "BEGIN" => {
-                // The name before it may hold the word, too.
-                self.inches = block.words.last().is_some_and(|word| word.name == "INCH");
-                Ok(())
-            }
+            "BEGIN" => self.begin(text),
             "END" => {
                 self.has_end = true;
                 Ok(())
@@ -333,67 +345,53 @@ impl<'a, 't> Reader<'a, 't> {
         }
     }
 
+    /// What is wrong with the first block, and its line, where it is no BEGIN PGM.
+    fn begins_otherwise(&self) -> Option<(usize, String)> {
+        let begins = |block: &&Text<'_>| content(block.parts[0].1).starts_with("BEGIN");
+        let first = self.blocks.first().filter(|first| !begins(first))?;
+        let remedy = match self.blocks.iter().find(begins) {
+            Some(begin) => format!("take out what stands before line {}", begin.line),
+            None => "if the file is whole, write BEGIN PGM NAME MM, or INCH, in capital letters \
+                     before it"
+                .to_owned(),
+        };
+        let what = format!(
+            "the program begins with '{}', expected BEGIN PGM, which states its unit: {remedy}",
+            content(first.parts[0].1)
+        );
+        Some((first.line, what))
+    }
+
+    /// BEGIN PGM states the unit of the program, and so does its END PGM.
+    fn begin(&mut self, text: &str) -> Result<(), String> {
+        if self.next > 1 {
+            return Err("a second BEGIN PGM: have each program written to a file of its own".into());
+        }
+        let stated = states_inches(text);
+        self.inches = stated.ok_or_else(|| {
+            let last = text.split_whitespace().last().unwrap_or_default();
+            format!("BEGIN PGM ends with '{last}', expected MM or INCH: write the program's unit")
+        })?;
+        let behind = self.blocks.iter().skip(self.next);
+        let mut ends = behind.map(|block| (block.line, content(block.parts[0].1)));
+        match ends.find(|(_, text)| text.starts_with("END")) {
+            Some((line, end)) if states_inches(end).is_some_and(|own| own != self.inches) => {
+                Err(format!(
+                    "BEGIN PGM and END PGM (line {line}) state different units: correct one of them"
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Cycles and probes write Q parameters that they name.
     fn forget(&mut self, block: &Block<'_>) {
         let named = block.words.iter().filter_map(|word| word.name.strip_prefix('Q'));
         for number in named.filter_map(|digits| digits.parse().ok()) {
             self.parameters.remove(&number);
+            self.lost.remove(&number);
             self.given.close(number);
         }
-    }
-
-    /// `Q2 = Q1 + 68`, also behind `FN 1:`.
-    fn assign(&mut self, text: &str, block: &Block<'_>) -> Result<(), String> {
-        let (name, formula) = text.split_once('=').ok_or("a Q parameter without '='")?;
-        let digits = name.trim().strip_prefix(['Q', 'q']).unwrap_or("");
-        if digits.starts_with(['L', 'R', 'S', 'l', 'r', 's']) {
-            return Err(OTHERS.to_owned());
-        }
-        let number = digits.parse::<u32>();
-        let number = number.map_err(|_| format!("'{}' is no Q parameter", name.trim()))?;
-        let value = formula::value_of(formula, &self.parameters);
-        // What a formula that is not read would have set is not known.
-        self.parameters.remove(&number);
-        self.given.close(number);
-        if self.cycle.as_ref().is_some_and(|cycle| cycle.has(number)) {
-            return Err(format!("Q{number} of a cycle that is defined is changed: not supported"));
-        }
-        let value = value?;
-        let is_number = formula.replace(',', ".").trim().parse() == Ok(value);
-        let word = block.words.iter().find(|word| word.name.strip_prefix('Q') == Some(digits));
-        let span = word.filter(|_| is_number).and_then(|word| word.span);
-        let sign = usize::from(formula.trim_start().starts_with('+'));
-        let span = span.map(|span| Span::new(span.start + sign, span.end));
-        self.parameters.insert(number, Held { value, span });
-        Ok(())
-    }
-
-    /// `IF +Q1 EQU +5 GOTO LBL 3`.
-    fn jump(&mut self, text: &str) -> Result<(), String> {
-        let wrong = "a jump is IF, two values with EQU, NE, GT or LT between, and GOTO LBL";
-        let (condition, label) = text.split_once("GOTO").ok_or(wrong)?;
-        let condition = condition.trim().strip_prefix("IF").ok_or(wrong)?;
-        let label = label.trim().strip_prefix("LBL").ok_or(wrong)?.trim();
-        let words = ["EQU", "NE", "GT", "LT"].into_iter();
-        let mut split = words.filter_map(|word| condition.split_once(word).map(|two| (word, two)));
-        let (word, (left, right)) = split.next().ok_or(wrong)?;
-        let left = formula::value_of(left, &self.parameters)?;
-        let right = formula::value_of(right, &self.parameters)?;
-        let is_true = match word {
-            "EQU" => left == right,
-            "NE" => left != right,
-            "GT" => left > right,
-            _ => left < right,
-        };
-        if is_true {
-            self.next = self.label(label)?;
-        }
-        Ok(())
-    }
-
-    fn label(&self, label: &str) -> Result<usize, String> {
-        let head = self.labels.get(label.trim_matches('"')).copied();
-        head.ok_or_else(|| format!("LBL {label} is not in this program"))
     }
 
     fn tool(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
@@ -525,64 +523,15 @@ impl<'a, 't> Reader<'a, 't> {
         }
         Ok(())
     }
+}
 
-    /// LBL 0: the end of a subprogram that was called.
-    fn back(&mut self) {
-        if let Some((back, head, left)) = self.calls.pop() {
-            if left > 1 {
-                self.calls.push((back, head, left - 1));
-                self.next = head + 1;
-            } else {
-                self.next = back;
-            }
-        }
-    }
-
-    /// `CALL LBL 1`, or `CALL LBL 1 REP 3`: the part from there to here again.
-    fn call(&mut self) -> Result<(), String> {
-        let index = self.next - 1;
-        let text = content(self.blocks[index].parts[0].1);
-        let rest = text.trim_start_matches("CALL").trim_start().trim_start_matches("LBL").trim();
-        // A label's name may hold REP, too.
-        let quoted = rest.rfind('"').map_or(0, |end| end + 1);
-        let at = rest.get(quoted..).and_then(|behind| behind.find("REP"));
-        let parts = at.and_then(|at| rest.split_at_checked(quoted + at));
-        let (label, repeats) = match parts.map(|(label, behind)| (label, behind[3..].trim())) {
-            // The prompt without an answer: a subprogram.
-            Some((label, "")) => (label.trim(), None),
-            Some((label, repeats)) => {
-                // `REP 3/3` shows what is left.
-                let count = repeats.split('/').next().unwrap_or("").trim();
-                let count = formula::value_of(count, &self.parameters)
-                    .map_err(|why| format!("REP without a number: {why}"))?;
-                if !(0.0..=65534.0).contains(&count) || count.fract() != 0.0 {
-                    return Err(format!("REP is {count}, expected a whole number"));
-                }
-                // Whole and in 0..=65534, checked above.
-                (label.trim(), Some(count as u32))
-            }
-            None => (rest, None),
-        };
-        let head = self.label(label)?;
-        match repeats {
-            Some(count) => {
-                let left = self.repeats.entry(index).or_insert(count);
-                if *left > 0 {
-                    *left -= 1;
-                    self.next = head + 1;
-                } else {
-                    self.repeats.remove(&index);
-                }
-            }
-            None => {
-                if self.calls.len() >= MAX_CALLS {
-                    return Err("calls are nested too deep".to_owned());
-                }
-                self.calls.push((self.next, head, 1));
-                self.next = head + 1;
-            }
-        }
-        Ok(())
+/// Whether BEGIN PGM or END PGM states inches, not mm, by its last word: the name before it may
+/// hold such a word, too. `None` where it states neither.
+fn states_inches(text: &str) -> Option<bool> {
+    match text.split_whitespace().last()?.to_ascii_uppercase().as_str() {
+        "INCH" | "IN" => Some(true),
+        "MM" => Some(false),
+        _ => None,
     }
 }
 
@@ -599,8 +548,7 @@ fn joined<'t>(text: &Text<'t>) -> Cow<'t, str> {
 
 /// A word that reads Q108.
 fn is_radius(word: &Word<'_>) -> bool {
-    let is_number = word.value == Some(f64::from(RADIUS));
-    word.name == "Q108" || word.name.len() > 1 && word.name.ends_with('Q') && is_number
+    word.parameter() == Some(RADIUS)
 }
 
 /// The block without M118 and the axes behind it: how far the handwheel may shift them. `None` if

@@ -4,7 +4,7 @@ use super::run::{Flow, Frame, Run, given};
 use super::syntax::{Expr, Path, Routine};
 use super::value::{Value, is_position};
 use super::walk::paths_in;
-use super::words::{MAY_SET, fills, is_harmless, sounds_like_motion};
+use super::words::{MAY_SET, fills, is_harmless, sets_motion, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::{Given, set_by_call};
 
@@ -16,8 +16,7 @@ impl<'a> Run<'a> {
         let values: Vec<Value> = args.iter().map(|arg| self.argument(arg.as_ref())).collect();
         let numbers: Vec<Given> = values.iter().map(given).collect();
         let sets = set_by_call(self.settings, self.log, line, name, &numbers);
-        let (routines, functions) = (&self.file.routines, &self.file.functions);
-        if let Some(routine) = routines.get(name).or_else(|| functions.get(name)) {
+        if let Some(routine) = self.file.routine(name) {
             self.doubt_routine(line, name, routine);
             return self.run_routine(routine, args, values);
         }
@@ -90,6 +89,9 @@ impl<'a> Run<'a> {
             if let Some(Expr::Ref(path)) = arg {
                 let (shown, by) = (path.name.to_uppercase(), name.to_uppercase());
                 let what = format!("{by} fills in '{shown}': known only at run time");
+                if sets_motion(&path.name) {
+                    self.log.error(Code::Motion, self.line, what.clone());
+                }
                 self.leave_to_the_run(path, &what);
             }
         }
@@ -111,14 +113,20 @@ impl<'a> Run<'a> {
     /// What only the run knows, or the job by what it assumes.
     fn leave_to_the_run(&mut self, path: &'a Path, what: &str) {
         let key = self.key(path).ok().filter(|key| {
-            let is_assumed = |name: &String| self.settings.assume.contains_key(name);
+            let fields: String = path.fields.iter().map(|field| format!(".{field}")).collect();
+            let assume = &self.settings.assume;
+            let is_assumed = |name: &String| assume.contains_key(&format!("{name}{fields}"));
             !self.forgotten.contains(key) && self.names(key).iter().any(is_assumed)
         });
         self.forget(path, what);
         if path.indices.is_empty() {
             self.forget_all(&path.name, what);
         }
-        key.map(|key| self.forgotten.remove(&key));
+        if let Some(key) = key {
+            let own = format!("{key}.{}", path.fields.join("."));
+            self.forgotten.remove(&own);
+            self.forgotten.remove(&key);
+        }
     }
 
     /// `PULSE($OUT[1],TRUE,2.0)`: at its end the output is what it was, or not.
@@ -156,6 +164,10 @@ impl<'a> Run<'a> {
                     });
                     frame.data.extend(elements);
                     if !parameter.is_by_value {
+                        // A component that is set of what no file declares does not come back.
+                        let fields: String =
+                            path.fields.iter().map(|it| format!(".{it}")).collect();
+                        self.forget_components(&format!("{key}{fields}"));
                         references.push((name, key, &path.fields));
                     }
                 }
@@ -175,14 +187,44 @@ impl<'a> Run<'a> {
             for (name, key, fields) in &references {
                 let Some(indices) = own.strip_prefix(name) else { continue };
                 if indices.is_empty() {
-                    // What has no components has none to give back.
-                    drop(self.write_at(key.clone(), fields, value.clone()));
+                    self.give_back(&routine.shown, key.clone(), fields, value.clone());
                 } else if indices.starts_with('[') {
-                    drop(self.write_at(format!("{key}{indices}"), &[], value.clone()));
+                    let key = format!("{key}{indices}");
+                    self.give_back(&routine.shown, key, &[], value.clone());
                 }
             }
         }
         if flow == Flow::Halt { Flow::Halt } else { Flow::Next }
+    }
+
+    /// Components that the program has set of a datum are known no longer.
+    pub(super) fn forget_components(&mut self, key: &str) {
+        self.components.retain(|name, _| {
+            let part = name.strip_prefix(key);
+            part.is_none_or(|part| !part.starts_with(['.', '[']))
+        });
+    }
+
+    /// What a routine has set a parameter to, for the datum of the caller.
+    fn give_back(&mut self, routine: &str, key: String, fields: &[String], value: Value) {
+        let shown = self.names(&key).pop().unwrap_or_default().to_uppercase();
+        if sets_motion(&key) {
+            let what = format!(
+                "'{routine}' sets {shown} through its parameter, which is not read: let it set a \
+                 datum, and {shown} to that behind the call"
+            );
+            self.log.error(Code::Motion, self.line, what);
+        }
+        self.forget_sharing(&key);
+        if self.is_read_by_job(&key) {
+            let what = format!(
+                "'{routine}' sets {shown} through its parameter: what the job reads from it is \
+                 not known"
+            );
+            self.log.warning(Code::SpindleCommand, self.line, what);
+        }
+        // What has no components has none to give back.
+        drop(self.write_at(key, fields, value));
     }
 
     /// The value of a call in an expression.

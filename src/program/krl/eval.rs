@@ -10,7 +10,7 @@ use super::run::{Beside, Run};
 use super::signals::named_by;
 use super::syntax::{Expr, Path};
 use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, base, frame, of_frame, unset};
-use super::walk::all_of;
+use super::walk::{all_of, names_in};
 use super::words::{BEHIND_MOVE, is_own_function};
 use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame};
@@ -138,7 +138,19 @@ impl<'a> Run<'a> {
             return None;
         }
         let name = format!("{key}.{}", fields.join("."));
+        if self.scope(key).is_none()
+            && let Some(set) = self.components.get(&name)
+        {
+            return Some(set.clone());
+        }
         let assumed = *self.settings.assume.get(&name)?;
+        if self.forgotten.contains(&name) {
+            return Some(Value::unknown(format!(
+                "the program sets {}, so that assume: does not count, and '{key}' is declared in \
+                 no file that is read; path.program.files in the job can name the file",
+                name.to_uppercase()
+            )));
+        }
         if is_position && key != "$axis_act" {
             let frames = (self.base, self.tcp, self.no_base.clone(), self.unknown_form.clone());
             if self.asked_in.is_none() {
@@ -303,7 +315,14 @@ impl<'a> Run<'a> {
         if let Value::Unknown(why) = target {
             // The other components of a position are as unknown as before.
             let names = [FRAME, AXES].into_iter().find(|names| names.contains(&last.as_str()));
-            let Some(names) = names.filter(|_| way.is_empty()) else { return Ok(()) };
+            let Some(names) = names.filter(|_| way.is_empty()) else {
+                let name = format!("{key}.{}", fields.join("."));
+                if scope.is_none() && !key.starts_with('$') {
+                    self.components.insert(name.clone(), value);
+                }
+                self.forgotten.insert(name);
+                return Ok(());
+            };
             let parts = names.map(|name| (name.to_owned(), Value::unknown(why.clone())));
             *target = Value::Parts(parts.into_iter().collect());
         }
@@ -346,9 +365,13 @@ impl<'a> Run<'a> {
 
     /// A datum is no longer known.
     pub(super) fn forget(&mut self, path: &'a Path, what: &str) {
+        // In a branch or loop that only the run decides the index may be another.
+        let indices = names_in(path.indices.iter().collect());
+        let may_be_any = indices.into_iter().any(|name| self.open_sets.contains(name));
         match self.key(path) {
-            Ok(key) => {
+            Ok(key) if !may_be_any => {
                 self.forgotten.insert(key.clone());
+                self.forget_components(&key);
                 self.forget_sharing(&key);
                 // Lines of the main file that name it are told of by themselves.
                 if self.place.0 != 0 && self.is_read_by_job(&key) {
@@ -360,7 +383,7 @@ impl<'a> Run<'a> {
                 }
                 self.store(&key).insert(key, Value::unknown(what));
             }
-            Err(_) => self.forget_element(path, what),
+            _ => self.forget_element(path, what),
         }
     }
 
@@ -376,7 +399,7 @@ impl<'a> Run<'a> {
     }
 
     /// Whether the job reads the spindle or the tool from a datum, by any of its names.
-    fn is_read_by_job(&self, key: &str) -> bool {
+    pub(super) fn is_read_by_job(&self, key: &str) -> bool {
         let names = self.names(key);
         named_by(self.settings).any(|own| names.contains(&own))
     }
@@ -407,8 +430,14 @@ impl<'a> Run<'a> {
     pub(super) fn forget_all(&mut self, name: &str, what: &str) {
         let datum = |said| Assumed::enumeration(said).map_or(said, |(datum, _)| datum).to_owned();
         let assumed = self.settings.assume.keys().map(|said| self.file.signals.key(datum(said)));
-        self.forgotten.extend(assumed.filter(|key| base(key) == name));
-        for (key, value) in self.store(name) {
+        let assumed: Vec<String> = assumed.filter(|key| base(key) == name).collect();
+        self.forgotten.extend(assumed.iter().cloned().chain([name.to_owned()]));
+        self.forget_components(name);
+        let store = self.store(name);
+        for key in assumed {
+            store.entry(key).or_insert_with(|| Value::unknown(what));
+        }
+        for (key, value) in store {
             if base(key) == name {
                 *value = Value::unknown(what);
             }

@@ -8,7 +8,7 @@ use super::run::{OfWorld, Run};
 use super::syntax::{Expr, Path};
 use super::value::{FRAME, Sort, Value, frame, numbers, pose};
 use crate::notes::Code;
-use crate::program::cell::{base_frame, of_job_tcp, tool_frame};
+use crate::program::cell::{base_frame, tool_frame, without_own_frame};
 use crate::program::tool_number;
 
 const CHOSEN: OfWorld = (
@@ -128,9 +128,30 @@ impl<'a> Run<'a> {
 
     /// TOOL_DATA[n] of the files, else of the job.
     pub(super) fn tool_frame(&mut self, number: f64) -> Result<Isometry3<f64>, String> {
-        match self.datum(&format!("tool_data[{number}]")) {
+        match self.stated_frame("tool_data", number)? {
             Value::Parts(parts) if number > 0.0 => frame(&parts),
             _ => tool_frame(self.settings, number, "TOOL_DATA"),
+        }
+    }
+
+    /// What the program, a file or the job says of a frame. What the program has set to what is not
+    /// known the job does not give.
+    fn stated_frame(&mut self, list: &str, number: f64) -> Result<Value, String> {
+        let key = format!("{list}[{number}]");
+        let shown = key.to_uppercase();
+        match self.datum(&key) {
+            Value::Unknown(why) if self.globals.contains_key(&key) => Err(format!(
+                "the program sets {shown} to what is not known: {why}; assume: or \
+                 path.program.files in the job can give that"
+            )),
+            _ if self.forgotten.contains(list) && !self.globals.contains_key(&key) => {
+                let list = list.to_uppercase();
+                Err(format!(
+                    "the program sets an element of {list}, and which one is known only at run \
+                     time: {shown} may be it"
+                ))
+            }
+            value => Ok(value),
         }
     }
 
@@ -150,7 +171,7 @@ impl<'a> Run<'a> {
         let of_file = self.globals.get(&format!("tool_data[{number}]"));
         let is_of_file = matches!(of_file, Some(Value::Parts(_)));
         let of_job = tool_number(number).ok().filter(|_| !is_of_file);
-        self.log.tcp_of(of_job.and_then(|number| of_job_tcp(self.settings, number)));
+        self.log.tcp_of(of_job.and_then(|number| without_own_frame(self.settings, number)));
         Ok(())
     }
 
@@ -204,7 +225,7 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn base_frame(&mut self, number: f64) -> Result<Isometry3<f64>, String> {
-        match self.datum(&format!("base_data[{number}]")) {
+        match self.stated_frame("base_data", number)? {
             Value::Parts(parts) if number > 0.0 => frame(&parts),
             _ => base_frame(self.settings, number, "BASE_DATA"),
         }
@@ -214,8 +235,9 @@ impl<'a> Run<'a> {
         self.take_tool(number)?;
         self.acts("$act_tool", number);
         // A tool whose load no file gives says nothing of it.
-        match self.datum(&format!("load_data[{number}]")) {
-            Value::Unknown(_) => self.log.load(None),
+        let key = format!("load_data[{number}]");
+        match self.datum(&key) {
+            Value::Unknown(_) if !self.globals.contains_key(&key) => self.log.load(None),
             load => self.set_load(line, &load),
         }
         Ok(())

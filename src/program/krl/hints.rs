@@ -6,9 +6,9 @@ use std::collections::HashSet;
 use super::interrupts::fixed_key;
 use super::run::Run;
 use super::signals::named_by;
-use super::syntax::{Block, Expr, File, Path, Routine, What};
+use super::syntax::{Block, Expr, File, Path, Routine, Statement, What};
 use super::value::Value;
-use super::walk::{blocks_in, names_in};
+use super::walk::{blocks_in, expressions, functions_in, names_in};
 use super::words::{is_harmless, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::all;
@@ -44,17 +44,28 @@ pub(super) fn given_on<'a>(file: &'a File, settings: &Settings) -> HashSet<&'a s
     found
 }
 
+/// Lines of the main file on which its statements begin.
+pub(super) fn lines_of(file: &File) -> HashSet<usize> {
+    let routines = file.routines.values().chain(file.functions.values());
+    let all = all_in(routines.map(|routine| &routine.body)).into_iter();
+    all.filter(|own| own.file == 0).map(|own| own.line).collect()
+}
+
 /// All statements of blocks and of those in them.
-fn statements_in<'a>(blocks: impl Iterator<Item = &'a Block>) -> Vec<&'a What> {
+fn all_in<'a>(blocks: impl Iterator<Item = &'a Block>) -> Vec<&'a Statement> {
     let mut open: Vec<&Block> = blocks.collect();
     let mut found = Vec::new();
     while let Some(block) = open.pop() {
         for statement in block {
             open.extend(blocks_in(&statement.what));
-            found.push(&statement.what);
+            found.push(statement);
         }
     }
     found
+}
+
+fn statements_in<'a>(blocks: impl Iterator<Item = &'a Block>) -> Vec<&'a What> {
+    all_in(blocks).into_iter().map(|own| &own.what).collect()
 }
 
 fn is_output(path: &Path) -> bool {
@@ -133,7 +144,7 @@ impl<'a> Run<'a> {
                 self.doubt_assignment(line, path, expr);
                 self.doubt_undeclared(line, path, Some(expr));
             }
-            What::Call(name, args) if !self.file.routines.contains_key(name) => {
+            What::Call(name, args) if self.file.routine(name).is_none() => {
                 self.doubt_call(line, name, args);
             }
             _ => {}
@@ -211,25 +222,31 @@ impl<'a> Run<'a> {
 
     /// Whether a statement, or what it calls in the files, would move if it ran.
     pub(super) fn moves(&self, what: &'a What) -> bool {
+        self.reached(vec![what]).into_iter().any(|what| match what {
+            What::Move(_) | What::Spline(..) => true,
+            What::Call(name, _) => self.file.routine(name).is_none() && sounds_like_motion(name),
+            _ => false,
+        })
+    }
+
+    /// Statements, those in their blocks, and those of what they call in the files.
+    pub(super) fn reached(&self, mut open: Vec<&'a What>) -> Vec<&'a What> {
         let mut seen: HashSet<&str> = HashSet::new();
-        let mut open = vec![what];
+        let mut found = Vec::new();
         while let Some(what) = open.pop() {
-            let inner = blocks_in(what).into_iter().flatten();
-            open.extend(inner.map(|statement| &statement.what));
-            match what {
-                What::Move(_) | What::Spline(..) => return true,
-                What::Call(name, _) => match self.file.routines.get(name) {
-                    Some(routine) if seen.insert(name) => {
-                        open.extend(routine.body.iter().map(|statement| &statement.what));
-                    }
-                    Some(_) => {}
-                    None if sounds_like_motion(name) => return true,
-                    None => {}
-                },
-                _ => {}
-            }
+            found.push(what);
+            let mut bodies = blocks_in(what);
+            let functions = functions_in(expressions(what)).into_iter().map(|(name, _)| name);
+            let routine = match what {
+                What::Call(name, _) => Some(name.as_str()),
+                _ => None,
+            };
+            let called = functions.chain(routine).filter(|name| seen.insert(*name));
+            let file = self.file;
+            bodies.extend(called.filter_map(|name| file.routine(name)).map(|own| &own.body));
+            open.extend(bodies.into_iter().flatten().map(|statement| &statement.what));
         }
-        false
+        found
     }
 
     /// Tells of a name that no file declares where the job reads an output, and of an output where

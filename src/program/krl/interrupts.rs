@@ -134,16 +134,10 @@ impl<'a> Run<'a> {
                     }
                     None
                 }
-                What::Call(name, _) => match self.file.routines.get(name) {
+                What::Call(name, _) => match self.file.routine(name) {
                     Some(routine) => {
                         if seen.insert(name) {
                             bodies.push(&routine.body);
-                        }
-                        None
-                    }
-                    None if self.file.functions.contains_key(name) => {
-                        if seen.insert(name) {
-                            bodies.extend(self.file.functions.get(name).map(|it| &it.body));
                         }
                         None
                     }

@@ -67,6 +67,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
         Ok(routine) => {
             let comments = Comments::of(text, ';', settings);
             comments.tell(';', settings, log);
+            let lines = hints::lines_of(&file);
+            comments.tell_unheeded(|line| lines.contains(&line), log);
             let mut run = Run::new(&file, settings, comments, log);
             run.given_on = hints::given_on(&file, settings);
             run.run(routine);

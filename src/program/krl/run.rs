@@ -17,7 +17,7 @@ use crate::program::spindle_names::Analog;
 use crate::program::unread::behind;
 
 /// Calls, blocks and expressions in one another.
-const MAX_DEPTH: usize = 60;
+pub(super) const MAX_DEPTH: usize = 60;
 
 /// Statements that loops may run beyond one pass through the files.
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
@@ -76,6 +76,10 @@ pub(super) struct Run<'a> {
     pub(super) globals: HashMap<String, Value>,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
+    /// Components that the program has set of data that no file declares, by their whole names.
+    pub(super) components: HashMap<String, Value>,
+    /// What may be set under a condition that only the run decides, while that is read.
+    pub(super) open_sets: HashSet<&'a str>,
     /// Signals that triggers, interrupts and pulses set.
     pub(super) timed: HashSet<String>,
     /// Data that the program gives to what the job reads the spindle or the tool from.
@@ -103,7 +107,7 @@ pub(super) struct Run<'a> {
     pub(super) interrupts: BTreeMap<String, Option<&'a What>>,
     /// What interrupts that are on, and triggers, may set at any time.
     pub(super) beside: Vec<Beside>,
-    budget: usize,
+    pub(super) budget: usize,
     pub(super) tcp: Isometry3<f64>,
     pub(super) base: Isometry3<f64>,
     /// Why the base that the program has chosen is not known.
@@ -151,6 +155,8 @@ impl<'a> Run<'a> {
             log,
             globals: HashMap::new(),
             forgotten: HashSet::new(),
+            components: HashMap::new(),
+            open_sets: HashSet::new(),
             timed: HashSet::new(),
             given_on: HashSet::new(),
             analog: Analog::default(),
@@ -271,10 +277,10 @@ impl<'a> Run<'a> {
         };
         let mut rest = rest.iter().take_while(|each| !matches!(each.what, What::Label(_)));
         if let Some(first) = rest.find(|each| self.moves(&each.what)) {
-            let ((file, outer), main_line) = (self.place, self.line);
+            let (place, main_line) = (self.place, self.line);
             let line = self.enter(first.file, first.line);
             behind(self.log, line, end);
-            self.enter(file, if file == 0 { main_line } else { outer });
+            self.enter_again(place, main_line);
         }
     }
 
@@ -293,7 +299,13 @@ impl<'a> Run<'a> {
         self.line
     }
 
-    fn another(&mut self, line: usize) -> bool {
+    /// Back to where the run stood before.
+    pub(super) fn enter_again(&mut self, (file, outer): (usize, usize), main_line: usize) {
+        self.line = main_line;
+        self.enter(file, if file == 0 { main_line } else { outer });
+    }
+
+    pub(super) fn another(&mut self, line: usize) -> bool {
         if self.log.is_full() {
             return false;
         }
@@ -310,11 +322,11 @@ impl<'a> Run<'a> {
     }
 
     fn statement(&mut self, statement: &'a Statement) -> Flow {
-        let (file, outer) = self.place;
-        let (main_line, line) = (self.line, self.enter(statement.file, statement.line));
+        let (place, main_line) = (self.place, self.line);
+        let line = self.enter(statement.file, statement.line);
         let flow = self.entered(line, statement);
         // What is told of the rest of a statement that calls is of that one.
-        self.enter(file, if file == 0 { main_line } else { outer });
+        self.enter_again(place, main_line);
         flow
     }
 
@@ -471,6 +483,7 @@ impl<'a> Run<'a> {
                 Some(Ok(value)) => *number = Some(value),
                 Some(Err(why)) => {
                     const NONE: &Block = &Block::new();
+                    self.forget_under(variable, &why);
                     self.undecided(line, "FOR", &why, [body, NONE]);
                     return Flow::Next;
                 }
@@ -487,22 +500,34 @@ impl<'a> Run<'a> {
             // The counter is an INT.
             let sort = if at.fract() == 0.0 { Sort::Whole } else { Sort::Real };
             let count = Value::Num(at, None, sort);
-            match self.key(variable) {
-                Ok(key) if variable.fields.is_empty() => {
-                    self.store(&key).insert(key, count);
-                }
-                _ => {
-                    let what = "FOR: what counts is not a name";
+            let Some(key) = self.key(variable).ok().filter(|_| variable.fields.is_empty()) else {
+                self.log.error(Code::Value, line, "FOR: what counts is not a name");
+                return Flow::Next;
+            };
+            self.store(&key).insert(key.clone(), count.clone());
+            match self.block(body) {
+                Flow::Next if self.store(&key).get(&key) != Some(&count) => {
+                    let what = format!(
+                        "FOR: the loop sets {}, which it counts by, and how often it then runs is \
+                         not read: use WHILE",
+                        variable.name.to_uppercase()
+                    );
                     self.log.error(Code::Value, line, what);
                     return Flow::Next;
                 }
-            }
-            match self.block(body) {
                 Flow::Next => {}
                 Flow::Exit => return Flow::Next,
                 flow => return flow,
             }
             at += step;
+        }
+        if let Ok(key) = self.key(variable) {
+            let name = variable.name.to_uppercase();
+            let why = format!(
+                "{name} has counted a FOR loop, and whether it ends at the last value or at the \
+                 one behind it is not known: set {name} anew"
+            );
+            self.store(&key).insert(key, Value::unknown(why));
         }
         Flow::Next
     }

@@ -142,3 +142,10 @@ pub(super) struct File {
     pub(super) statement_count: usize,
     pub(super) is_cut: Option<usize>,
 }
+
+impl File {
+    /// A routine or a function by its name in lower case.
+    pub(super) fn routine(&self, name: &str) -> Option<&Routine> {
+        self.routines.get(name).or_else(|| self.functions.get(name))
+    }
+}

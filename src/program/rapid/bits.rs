@@ -3,7 +3,6 @@
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Path};
 use super::value::Value;
-use crate::notes::Code;
 
 const BYTE_BITS: u32 = 8;
 const DNUM_BITS: u32 = 52;
@@ -69,10 +68,7 @@ impl<'a> Interpreter<'a> {
         let place = args.positional.get(1).map(|expr| self.eval(expr).num());
         let place = place.unwrap_or_else(|| Err("the bit is missing".to_owned()));
         let value = self.with_bit(path, key == "bitset", place).unwrap_or_else(Value::unknown);
-        if let Err(why) = self.write(path, value) {
-            self.forget_name(&path.name.key);
-            self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
-        }
+        self.assign(path, value, Some(line));
     }
 
     fn with_bit(

@@ -6,7 +6,7 @@ use super::number::Number;
 use super::value::{Value, load0};
 
 /// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
-const VMAX_MM_PER_S: f64 = 5000.0;
+pub(super) const VMAX_MM_PER_S: f64 = 5000.0;
 
 const PREDEFINED_SPEEDS_MM_PER_S: [u16; 25] = [
     5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500,
@@ -112,8 +112,10 @@ pub(super) fn predefined(key: &str) -> Option<(Value, &'static str)> {
         "load0" => (load0(), "loaddata"),
         // A zone, of which the first part alone is asked for: whether the arm stops.
         "fine" => (Value::List(vec![Value::Bool(true)]), "zonedata"),
-        "vmax" => (speed(VMAX_MM_PER_S), "speeddata"),
+        "vmax" => (speed(Number::of(VMAX_MM_PER_S).of_robot()), "speeddata"),
         "stempty" => (Value::Text(Rc::from("")), "string"),
+        // What ReadStr gives at the end of a file.
+        "eof" => (Value::Text(Rc::from("EOF")), "string"),
         _ => {
             let found = of_number(key).or_else(|| of_characters(key));
             return found.or_else(|| of_speed(key)).or_else(of_stop);
@@ -135,11 +137,12 @@ fn of_characters(key: &str) -> Option<(Value, &'static str)> {
 fn of_speed(key: &str) -> Option<(Value, &'static str)> {
     let mm_per_s = key.strip_prefix('v')?.parse::<u16>().ok()?;
     let known = PREDEFINED_SPEEDS_MM_PER_S.contains(&mm_per_s);
-    known.then(|| (speed(f64::from(mm_per_s)), "speeddata"))
+    known.then(|| (speed(f64::from(mm_per_s).into()), "speeddata"))
 }
 
-fn speed(mm_per_s: f64) -> Value {
-    Value::nums(&[mm_per_s, 500.0, 5000.0, 1000.0])
+fn speed(mm_per_s: Number) -> Value {
+    let others = [500.0, 5000.0, 1000.0].map(Number::from);
+    Value::List([mm_per_s].into_iter().chain(others).map(Value::Num).collect())
 }
 
 /// `inpos20`, for which the program waits; `stoptime0_5` and `fllwtime0_5`, for which it is taken

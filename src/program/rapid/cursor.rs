@@ -15,6 +15,7 @@ const MAX_WAYS: usize = 4;
 /// Nesting beyond this is no program that a person or a post-processor writes.
 const MAX_EXPRESSION_DEPTH: usize = 40;
 
+#[derive(Clone)]
 pub(super) struct Cursor<'a> {
     lexer: Lexer<'a>,
     next: Option<Token<'a>>,

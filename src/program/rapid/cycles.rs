@@ -42,7 +42,7 @@ impl<'a> Interpreter<'a> {
         let all = first.keys().chain(second.keys());
         let mut others: Vec<&str> = all
             .filter(|key| !moves_alike || first.get(*key) != second.get(*key))
-            .filter_map(|key| Some(self.file.data.get(*key)?.name.shown.as_str()))
+            .map(|key| self.file.data.get(*key).map_or(*key, |own| own.name.shown.as_str()))
             .collect();
         others.sort_unstable();
         others.dedup();
@@ -80,6 +80,10 @@ impl<'a> Interpreter<'a> {
                 changed.insert(key, now.clone());
             }
         }
+        // Nothing says what those that no file declares are before.
+        let known = self.assigned.iter().filter(|(_, now)| !matches!(now, Value::Unknown(_)));
+        let known = known.filter(|(key, _)| self.of_motion().contains(*key));
+        changed.extend(known.map(|(key, now)| (*key, now.clone())));
         changed
     }
 }

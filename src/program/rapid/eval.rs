@@ -4,7 +4,7 @@
 use super::constants::{predefined, stop_point};
 use super::functions::{self, Given};
 use super::instructions::{is_calculation, is_own_function};
-use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
+use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH, TOO_DEEP};
 use super::number::Number;
 use super::operators::binary;
 use super::outputs::WHOLE;
@@ -35,7 +35,7 @@ struct Place<'a> {
 impl<'a> Interpreter<'a> {
     pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
         if self.depth >= MAX_DEPTH {
-            return Value::unknown("declarations and calls are nested too deep");
+            return Value::unknown(TOO_DEEP);
         }
         self.depth += 1;
         let value = self.eval_inside(expr);
@@ -133,9 +133,12 @@ impl<'a> Interpreter<'a> {
                 let known = known.or_else(|| self.output(&path.name.key));
                 let known = known.or_else(|| self.assumed(&path.name.key));
                 self.doubt_late(&path.name.key, &path.name);
-                let own = || self.assigned.get(path.name.key.as_str()).cloned();
-                let known = known.or_else(|| own().filter(|_| path.is_whole()));
-                return match known {
+                let own = self.assigned.get(path.name.key.as_str()).cloned();
+                let own = own.filter(|_| path.is_whole() && known.is_none());
+                if let Some(own) = &own {
+                    self.keep_own_value(&path.name, own);
+                }
+                return match known.or(own) {
                     Some(known) => known,
                     None if self.is_declared(&path.name.key) => Value::Unknown(why),
                     None => self.undeclared_part(path),
@@ -406,7 +409,11 @@ impl<'a> Interpreter<'a> {
 
     fn value_of(&mut self, declaration: &'a Declaration) -> Value {
         match (declaration.name.key.as_str(), &declaration.value) {
-            (key, _) if declaration.is_persistent && self.assumed(key).is_some() => {
+            (key, _)
+                if declaration.is_persistent
+                    && self.is_single(key)
+                    && self.assumed(key).is_some() =>
+            {
                 self.assumed(key).unwrap_or(Value::Absent)
             }
             (_, Some(expr)) => {
@@ -454,6 +461,13 @@ impl<'a> Interpreter<'a> {
         let blank = self.blank(declaration);
         self.frames = frames;
         Some(blank)
+    }
+
+    /// The type of an element, a part or a datum that is no array, and what it holds when nothing
+    /// was given to it.
+    pub(super) fn blank_of_part(&mut self, path: &'a Path) -> Option<(&'a str, Value)> {
+        let kind = self.place(path).ok()?.kind;
+        Some((kind, initial(self.file, kind)))
     }
 
     /// What a parameter of the routine that runs is now.

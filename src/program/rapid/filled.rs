@@ -4,16 +4,16 @@
 use super::instructions::{may_be_set, may_set};
 use super::interpreter::Interpreter;
 use super::modules::is_of_module;
-use super::offered::is_plain;
 use super::outputs::WHOLE;
 use super::syntax::{Args, Expr, Name, Optional, Path};
 use super::value::Value;
 use super::walk::{given, is_settable, names_in};
 use super::why::COPY;
+use crate::notes::Code;
 
 /// Instructions and functions that write into what they are given, and how many arguments stand
 /// before that.
-const FILL: [(&str, usize); 29] = [
+const FILL: [(&str, usize); 30] = [
     ("bookerrno", 0),
     ("calcrotaxframez", 3),
     ("calcrotaxisframe", 3),
@@ -43,6 +43,7 @@ const FILL: [(&str, usize); 29] = [
     ("tpreadfk", 0),
     ("tpreadnum", 0),
     ("unpackrawbytes", 0),
+    ("waittestandset", 0),
 ];
 
 /// Optional arguments that others write.
@@ -73,20 +74,46 @@ impl<'a> Interpreter<'a> {
     /// assumes.
     pub(super) fn fill(&mut self, name: &Name, args: &'a Args) {
         for path in filled(name, args) {
-            self.lose(path, &format!("{} fills in", name.shown));
+            match name.key.as_str() {
+                // It has waited until no task had it set.
+                "waittestandset" if path.is_whole() => {
+                    self.forget(&path.name, &Value::Bool(true));
+                    if !self.is_declared(&path.name.key) {
+                        self.assigned.insert(&path.name.key, Value::Bool(true));
+                    }
+                }
+                _ => self.lose(path, &format!("{} fills in", name.shown), ""),
+            }
         }
-        let file = self.file;
         if name.key == "getdataval"
             && let Some((path, value)) = self.named_constant(args)
         {
             self.forget(&path.name, &value);
         }
-        if let ("setdataval", Some(Expr::Text(text))) = (name.key.as_str(), args.positional.first())
-            && let Some(data) = file.data.get(&text.to_lowercase())
-        {
-            let what = format!("{} sets '{}': known only at run time", name.shown, data.name.shown);
-            self.forget(&data.name, &Value::unknown(what));
-        }
+    }
+
+    /// `SetDataVal "k",v;`: what it sets is known only at run time.
+    pub(super) fn set_named(&mut self, line: usize, name: &Name, args: &'a Args) {
+        self.doubt_call(line, name, args);
+        let file = self.file;
+        let given: Vec<Value> = args.positional.iter().map(|expr| self.eval(expr)).collect();
+        let data = match given.first() {
+            Some(Value::Text(text)) => {
+                file.data.get(&text.trim().to_lowercase()).filter(|own| !own.is_constant)
+            }
+            _ => None,
+        };
+        let Some(data) = data else {
+            let what = format!(
+                "{} sets a datum whose name only the run knows, or that is constant or in no file \
+                 that is read: what it sets is not read",
+                name.shown
+            );
+            return self.log.warning(Code::MotionLeftOut, line, what);
+        };
+        let (shown, own) = (&name.shown, &data.name.shown);
+        let what = format!("{shown} sets '{own}': known only at run time; {COPY}");
+        self.forget(&data.name, &Value::unknown(what));
     }
 
     /// `GetDataVal "p10",q;`: a datum as a whole, and the constant of all modules that a text
@@ -120,30 +147,26 @@ impl<'a> Interpreter<'a> {
                 None => self.file.data.get(&path.name.key).is_some_and(is_settable),
             };
             if is_lost {
+                const FILES: &str = "path.program.files in the job can name its file, or ";
                 let by = format!("{}, which is in no file that is read, may set", name.shown);
-                self.lose(path, &by);
+                self.lose(path, &by, FILES);
             }
         }
     }
 
-    /// `by` is what stands before the datum in the text.
-    fn lose(&mut self, path: &'a Path, by: &str) {
+    /// `by` is what stands before the datum in the text, `help` before what helps where `assume`
+    /// cannot.
+    fn lose(&mut self, path: &'a Path, by: &str, help: &str) {
         let key = path.name.key.as_str();
-        let own = self.settings.assume.get(key).filter(|_| path.is_whole());
-        if own.is_some() {
-            self.heed(key);
-        }
-        let kind = self.kind_of(key);
-        let is_plain = kind.is_none_or(|kind| is_plain(self.file, kind)) && path.is_whole();
+        let own = path.is_whole().then(|| self.said_by_job(key)).flatten();
         let shown = &path.name.shown;
-        let hint = match is_plain {
+        let hint = match path.is_whole() && self.is_single(key) {
             true => format!("assume: {{\"{shown}\": …}} in the job can give it"),
-            false => format!("{WHOLE}: {COPY}"),
+            false => format!("{WHOLE}: {help}{COPY}"),
         };
-        let value = own.map_or_else(
-            || Value::unknown(format!("{by} '{shown}': known only at run time; {hint}")),
-            |own| Value::from(*own),
-        );
+        let value = own.clone().unwrap_or_else(|| {
+            Value::unknown(format!("{by} '{shown}': known only at run time; {hint}"))
+        });
         self.forget(&path.name, &value);
         if own.is_some() && !self.is_declared(key) {
             // What the job says of it holds, whatever was known of it before.
@@ -184,20 +207,15 @@ impl<'a> Interpreter<'a> {
     /// Another task has set what the program waited for: to what the job assumes, or it is known
     /// only at run time.
     pub(super) fn set_while(&mut self, name: &'a Name, waits: &str, heeds_job: bool) {
-        let assumed = self.settings.assume.get(&name.key).filter(|_| heeds_job);
-        if assumed.is_some() {
-            self.heed(&name.key);
-        }
-        let value = assumed.map_or_else(
-            || {
-                let what = format!("another task sets it while {waits} waits");
-                Value::unknown(format!("'{}': {what}: known only at run time", name.shown))
-            },
-            |own| Value::from(*own),
-        );
-        let is_declared = self.file.data.contains_key(&name.key);
+        let assumed = heeds_job.then(|| self.said_by_job(&name.key)).flatten();
+        let value = assumed.unwrap_or_else(|| {
+            let what = format!("another task sets it while {waits} waits");
+            Value::unknown(format!("'{}': {what}: known only at run time", name.shown))
+        });
+        let key = name.key.as_str();
+        let is_datum = self.file.data.contains_key(key) || self.assigned.contains_key(key);
         // What the job says of a signal holds on.
-        if is_declared || matches!(value, Value::Unknown(_)) {
+        if is_datum || matches!(value, Value::Unknown(_)) {
             self.forget(name, &value);
         }
     }

@@ -68,6 +68,22 @@ pub(super) fn displaces(key: &str) -> bool {
     matches!(key, "pdispset" | "pdispon" | "eoffsset" | "eoffson" | "corrcon" | "corrwrite")
 }
 
+/// What an instruction changes of how the arm moves that is not read.
+pub(super) fn changes(key: &str) -> Option<&'static str> {
+    match key {
+        "motionprocessmodeset" | "softact" | "tuneservo" => {
+            Some("how stiff the drives hold the arm")
+        }
+        "speedlimaxis" | "speedlimcheckpoint" => Some("how fast the arm may be"),
+        "syncmoveon" | "syncmoveresume" => Some(TOGETHER),
+        _ => None,
+    }
+}
+
+/// The same of moves of several robots at once.
+pub(super) const TOGETHER: &str =
+    "how fast the arm moves, as robots that move together wait for each other";
+
 /// Names that only motion has, beside those that are read.
 pub(super) fn sounds_like_motion(key: &str) -> bool {
     const STARTS: [&str; 12] = [
@@ -201,7 +217,7 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "waitrob",
         "waittime",
     ];
-    const MONITORS: [&str; 20] = [
+    const MONITORS: [&str; 21] = [
         "wzboxdef",
         "wzcyldef",
         "wzsphdef",
@@ -217,6 +233,7 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "bookerrno",
         "setsysdata",
         "waitsynctask",
+        "waittestandset",
         // What they change is told.
         "syncmoveon",
         "syncmoveoff",

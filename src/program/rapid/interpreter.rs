@@ -1,7 +1,7 @@
 //! The state of a program that runs: its data, what it has called, where the last motion went.
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
@@ -20,6 +20,9 @@ use crate::program::spindle_names::Analog;
 
 /// Declarations, expressions and calls in one another beyond this are refused.
 pub(super) const MAX_DEPTH: usize = 120;
+
+/// Why nothing is known beyond that.
+pub(super) const TOO_DEEP: &str = "declarations and calls are nested too deep";
 
 /// Statements that loops may run beyond one pass through the file.
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
@@ -55,6 +58,17 @@ pub(super) enum Global {
     Known(Value),
 }
 
+/// What handlers of errors may set, by name in lower case.
+#[derive(Debug, Default)]
+pub(super) struct Handled<'a> {
+    /// Data of the modules, and of no file.
+    pub(super) data: HashSet<&'a str>,
+    /// Parameters and data of routines.
+    pub(super) own: HashMap<&'a str, HashSet<&'a str>>,
+    /// Functions that may give what a handler says.
+    pub(super) functions: HashSet<&'a str>,
+}
+
 pub(super) struct Interpreter<'a> {
     pub(super) file: &'a File,
     pub(super) settings: &'a Settings,
@@ -71,13 +85,16 @@ pub(super) struct Interpreter<'a> {
     pub(super) budget: usize,
     /// Motion instructions that have run.
     pub(super) motions: usize,
-    /// The function that runs.
-    pub(super) function: Option<&'a Routine>,
+    /// The procedures and functions that run, the innermost last.
+    pub(super) running: Vec<&'a Routine>,
     pub(super) external: External,
     /// The line of the main file that runs.
     pub(super) line: usize,
     /// SpeedRefresh as a share.
     pub(super) over: f64,
+    /// The first line that moves at vmax, and the lowest speed behind the first move that it gives,
+    /// m/s.
+    pub(super) at_vmax: Option<(usize, f64)>,
     /// `VelSet`: share of the programmed speed, and its limit in mm/s.
     pub(super) velocity: (f64, f64),
     /// Whether the arm configuration of targets counts: ConfJ for joint moves, ConfL for others.
@@ -136,6 +153,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) assigned: HashMap<&'a str, Value>,
     /// Conditions that have been looked at for what others set.
     pub(super) asked_of_others: HashSet<*const Expr>,
+    /// Those of the data that others set which have decided about motion, as they are declared.
+    pub(super) decided_by: BTreeSet<&'a str>,
     /// Whether ExitCycle has ended the program.
     pub(super) starts_again: bool,
     /// Persistent data that no file sets, by name in lower case.
@@ -144,6 +163,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) set_beside: HashSet<&'a str>,
     /// What the files work out of data that others set, where somebody has asked.
     pub(super) of_others: OnceCell<HashSet<&'a str>>,
+    /// What handlers of errors may set, where somebody has asked.
+    pub(super) handled: OnceCell<Handled<'a>>,
     /// Data on which motion may depend, where somebody has asked.
     pub(super) of_motion: OnceCell<HashSet<&'a str>>,
     /// For which work objects that no file declares the job's has stood: why each is not known.
@@ -198,10 +219,11 @@ impl<'a> Interpreter<'a> {
             depth: 0,
             budget: budget(file),
             motions: 0,
-            function: None,
+            running: Vec::new(),
             external: External::new(settings),
             line: 1,
             over: 1.0,
+            at_vmax: None,
             velocity: (1.0, f64::INFINITY),
             monitors: [true; 2],
             turning: Some(Turning::WithArc),
@@ -231,10 +253,12 @@ impl<'a> Interpreter<'a> {
             own_values: BTreeMap::new(),
             assigned: HashMap::new(),
             asked_of_others: HashSet::new(),
+            decided_by: BTreeSet::new(),
             starts_again: false,
             set_by_others: set_by_others(file),
             set_beside: HashSet::new(),
             of_others: OnceCell::new(),
+            handled: OnceCell::new(),
             of_motion: OnceCell::new(),
             objects_of_job: HashSet::new(),
             trapped: HashMap::new(),

@@ -26,7 +26,7 @@ pub(super) enum Kind<'a> {
 const HEADER: &str = "%%%";
 
 /// The tokens of a text one after the other: a long program never stands in memory as tokens.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Lexer<'a> {
     rest: &'a str,
     /// Of the whole text.

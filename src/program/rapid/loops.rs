@@ -8,7 +8,7 @@ use super::interpreter::{Flow, Interpreter};
 use super::number::{Count, Number};
 use super::outputs::references;
 use super::sets::{CHANGE, set_within};
-use super::syntax::{Block, Declaration, Expr, Name, What};
+use super::syntax::{Block, Expr, Name, What};
 use super::timed::SETS;
 use super::value::Value;
 use super::walk::{
@@ -112,7 +112,7 @@ impl<'a> Interpreter<'a> {
                 true
             }
             None => {
-                self.log.runs_too_long(line);
+                self.runs_too_long(line);
                 false
             }
         }
@@ -226,10 +226,13 @@ impl<'a> Interpreter<'a> {
         is_said && !has_own && !self.is_local(key)
     }
 
-    /// Whether others set a datum of the module at any time.
+    /// Whether others set a datum of the module at any time, or may, as no file declares it.
     fn is_shared(&self, key: &str) -> bool {
-        let data = self.file.data.get(key).filter(|_| !self.is_local(key));
-        data.is_some_and(|data| data.is_persistent || self.trapped.contains_key(key))
+        let is_open = match self.file.data.get(key) {
+            Some(data) => data.is_persistent || self.trapped.contains_key(key),
+            None => self.assigned.contains_key(key),
+        };
+        is_open && !self.is_local(key)
     }
 
     pub(super) fn is_local(&self, key: &str) -> bool {
@@ -263,8 +266,11 @@ impl<'a> Interpreter<'a> {
             return false;
         }
         let is_of_tasks = |name: &Name| {
-            let data = file.data.get(&name.key).filter(|_| !self.is_local(&name.key));
-            data.is_some_and(Declaration::is_of_tasks)
+            let is_open = match file.data.get(&name.key) {
+                Some(data) => data.is_of_tasks(),
+                None => self.assigned.contains_key(name.key.as_str()),
+            };
+            is_open && !self.is_local(&name.key)
         };
         let mut others = names_in(vec![condition]);
         others.retain(|name| is_of_tasks(name) || self.is_of_job(name));

@@ -5,7 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Isometry3;
 
 use super::carried::{Holds, WorkObject};
-use super::instructions::{Motion, ToolAt, Way};
+use super::constants::VMAX_MM_PER_S;
+use super::instructions::{Motion, TOGETHER, ToolAt, Way};
 use super::interpreter::Interpreter;
 use super::number::Number;
 use super::syntax::{Args, Expr, Name, Path};
@@ -60,6 +61,9 @@ impl<'a> Interpreter<'a> {
             let what = "the tool stands (robhold FALSE): the tip carries the gripper with the \
                         work, and the tool's stand is taken as rigid";
             self.log.warning(Code::Assumed, line, what);
+        }
+        if option("id").is_some() {
+            self.doubt_change(line, "\\ID", TOGETHER);
         }
         self.external.move_begins();
         let speed_arg = at(targets, "the speed")?;
@@ -422,7 +426,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Tells where a speed is known, and the one at which the tool turns is not.
-    fn doubt_turning(&mut self, line: usize, expr: &Expr, speed: &Value) {
+    fn doubt_turning(&mut self, line: usize, speed: &Value) {
         let why = match speed.part(1, "a speeddata") {
             _ if !matches!(speed, Value::List(_)) => return,
             Ok(Value::Unknown(why)) => why.clone(),
@@ -432,11 +436,10 @@ impl<'a> Interpreter<'a> {
             },
         };
         // The first of all moves takes no time.
-        let code = match self.log.has_moved() {
-            true => self.code_of_assumed(Some(expr), &why),
-            false => Code::Assumed,
+        let (code, help) = match self.log.has_moved() {
+            true => (Code::ChangeIgnored, why.help()),
+            false => (Code::Assumed, String::new()),
         };
-        let help = if code == Code::Assumed { String::new() } else { why.help() };
         let what = format!("v_ori: {why}{help}; turns of the tool are not slowed by it");
         self.log.warning(code, line, what);
     }
@@ -452,18 +455,12 @@ impl<'a> Interpreter<'a> {
         let (share, limit) = self.velocity;
         let share = share * self.over;
         let turning = data.part(1, "a speeddata").and_then(Value::num);
-        self.doubt_turning(line, expr, &data);
+        self.doubt_turning(line, &data);
         self.log.turns_at(turning.ok().map(|speed| rad_from_deg(speed) * share));
         let external = [2, 3].map(|part| {
             data.part(part, "a speeddata").and_then(Value::num).ok().map(|speed| speed * share)
         });
         self.log.external_needs(self.external.seconds(external));
-        if let Expr::Ref(path) = expr
-            && path.name.key == "vmax"
-            && !self.is_declared("vmax")
-        {
-            self.log.warning(Code::Assumed, line, "vmax is taken as 5000 mm/s");
-        }
         let mm_per_s = match (speed, &data) {
             (Some((speed, _)), _) => speed.num().map_err(|why| format!("speed: {why}"))?,
             (None, Value::Unknown(why)) => return self.unstated(line, expr, why),
@@ -474,6 +471,11 @@ impl<'a> Interpreter<'a> {
         };
         let stated = mm_per_s;
         let mm_per_s = (mm_per_s * share).min(limit);
+        let own = speed.map(|(speed, _)| speed).or_else(|| data.part(0, "a speeddata").ok());
+        // VelSet does not say how fast.
+        if stated * share <= limit && own.is_some_and(Value::is_of_robot) {
+            self.keep_vmax(line, m_per_s_from_mm_per_s(mm_per_s));
+        }
         if mm_per_s > 0.0 && mm_per_s.is_finite() {
             let (span, states) = match speed {
                 Some((_, own)) => {
@@ -486,5 +488,31 @@ impl<'a> Interpreter<'a> {
         } else {
             Err(format!("speed is {mm_per_s} mm/s, must be positive"))
         }
+    }
+
+    /// A move takes its speed from vmax.
+    fn keep_vmax(&mut self, line: usize, m_per_s: f64) {
+        // The first of all moves takes no time.
+        let m_per_s = if self.log.has_moved() { m_per_s } else { f64::INFINITY };
+        let (_, least) = self.at_vmax.get_or_insert((line, m_per_s));
+        *least = least.min(m_per_s);
+    }
+
+    /// Tells of vmax: a doubt where its moves may be the cuts, or where their time counts.
+    pub(super) fn tell_vmax(&mut self) {
+        let Some((line, m_per_s)) = self.at_vmax else { return };
+        let assumed = format!("vmax is taken as {VMAX_MM_PER_S} mm/s");
+        let why = if self.log.slowest_led().is_some_and(|own| own >= m_per_s) {
+            "no line or arc is slower"
+        } else if self.settings.is_scheduled && m_per_s.is_finite() {
+            "the speed of the spindle follows the time"
+        } else {
+            return self.log.warning(Code::Assumed, line, assumed);
+        };
+        let what = format!(
+            "{assumed}, and {why}: what it is depends on the robot; state the speed in the \
+             program (\\V, VelSet or speeddata with numbers)"
+        );
+        self.log.warning(Code::ChangeIgnored, line, what);
     }
 }

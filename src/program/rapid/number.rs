@@ -29,6 +29,8 @@ enum Held {
     Single { each: f32, kept: f64 },
     /// A num of which the rounding is not known.
     Open,
+    /// What depends on the robot, such as the speed of `vmax`.
+    OfRobot,
 }
 
 /// Numbers are one as they are worked out here.
@@ -59,6 +61,10 @@ fn undecided(near: f64) -> String {
     )
 }
 
+/// Why what the speed of `vmax` decides is not known.
+const OF_ROBOT: &str = "what vmax is depends on the robot: write the value into a copy of the \
+                        program";
+
 impl Number {
     /// As the text or the job states it.
     pub(super) fn of(value: f64) -> Self {
@@ -71,7 +77,31 @@ impl Number {
 
     /// The same of which the rounding is not known.
     pub(super) fn opened(self) -> Self {
-        Self::open(self.value)
+        if self.is_of_robot() { self } else { Self::open(self.value) }
+    }
+
+    /// The same as what another robot may have otherwise.
+    pub(super) fn of_robot(self) -> Self {
+        Self { held: Held::OfRobot, ..self }
+    }
+
+    pub(super) fn is_of_robot(self) -> bool {
+        matches!(self.held, Held::OfRobot)
+    }
+
+    /// How a number that depends on the robot compares with another: `None` where neither does.
+    fn order_of_robot(self, other: Self) -> Option<Result<Ordering, String>> {
+        // No robot's own number is so much smaller.
+        const SMALLER: f64 = 5.0;
+        let is_far = |own: Self, other: Self| own.value.abs() > SMALLER * other.value.abs();
+        let is_sure = match (self.is_of_robot(), other.is_of_robot()) {
+            (false, false) => return None,
+            (true, true) => self.value == other.value,
+            (true, false) => is_far(self, other),
+            (false, true) => is_far(other, self),
+        };
+        let order = self.value.partial_cmp(&other.value).filter(|_| is_sure);
+        Some(order.ok_or_else(|| OF_ROBOT.to_owned()))
     }
 
     fn single(value: f64, each: f32, kept: f64) -> Self {
@@ -83,6 +113,7 @@ impl Number {
     pub(super) fn with(self, other: Self, apply: impl Fn(f64, f64) -> f64) -> Self {
         let value = apply(self.value, other.value);
         match (self.held, other.held) {
+            (Held::OfRobot, _) | (_, Held::OfRobot) => Self { value, held: Held::OfRobot },
             (Held::Open, _) | (_, Held::Open) => Self::open(value),
             // The other is one, too, or a number in the text.
             (Held::Double, _) | (_, Held::Double) => Self { value, held: Held::Double },
@@ -103,7 +134,7 @@ impl Number {
     /// As a datum of this type keeps it.
     pub(super) fn stored(self, is_dnum: bool) -> Self {
         match self.held {
-            Held::Open => self,
+            Held::Open | Held::OfRobot => self,
             _ if is_dnum => Self { held: Held::Double, ..self },
             Held::Single { each, kept } if kept as f32 == each => {
                 const WITH_FRACTIONS: f64 = 8_388_608.0;
@@ -174,7 +205,7 @@ impl Number {
         match self.held {
             Held::Double => true,
             Held::Single { each, kept } => f64::from(each) == self.value && kept == self.value,
-            Held::Open => false,
+            Held::Open | Held::OfRobot => false,
         }
     }
 
@@ -183,7 +214,7 @@ impl Number {
         // No −0.
         let of = |number: f64| of(number) + 0.0;
         match self.held {
-            Held::Double => Ok(Self { value: of(self.value), ..self }),
+            Held::Double | Held::OfRobot => Ok(Self { value: of(self.value), ..self }),
             Held::Single { each, kept } => {
                 let result = of(each.into());
                 let is_sure = result == of(kept);
@@ -246,13 +277,16 @@ impl Number {
             Held::Single { each, kept } => {
                 f64::from(each).trunc() == whole && kept.trunc() == whole
             }
-            Held::Open => false,
+            Held::Open | Held::OfRobot => false,
         };
         if is_sure { Ok(whole) } else { Err(undecided(value)) }
     }
 
     /// Which of two is larger.
     pub(super) fn order(self, other: Self) -> Result<Ordering, String> {
+        if let Some(order) = self.order_of_robot(other) {
+            return order;
+        }
         let order = single::order(self.known()?, other.known()?)?;
         let is_sure = match (self.held, other.held) {
             (Held::Open, _) | (_, Held::Open) => single::are_apart(self.value, other.value),
@@ -267,6 +301,9 @@ impl Number {
 
     /// Whether two are one.
     pub(super) fn is_same(self, other: Self) -> Result<bool, String> {
+        if let Some(order) = self.order_of_robot(other) {
+            return order.map(Ordering::is_eq);
+        }
         let is_same = single::is_same(self.known()?, other.known()?)?;
         let is_sure = match (self.held, other.held) {
             (Held::Open, _) | (_, Held::Open) => single::are_apart(self.value, other.value),
@@ -296,7 +333,7 @@ impl Number {
             // It has more digits.
             Held::Double => text.parse() == Ok(value),
             Held::Single { each, kept } => digits(each.into()) == text && digits(kept) == text,
-            Held::Open => false,
+            Held::Open | Held::OfRobot => false,
         };
         // Beyond, powers of ten are written.
         let is_plain = value == 0.0 || (1e-3..10_f64.powi(most - 1)).contains(&value.abs());

@@ -19,6 +19,23 @@ impl Interpreter<'_> {
         matches!(first, Some(Expr::Ref(path)) if !self.is_declared(&path.name.key))
     }
 
+    /// What the job says of a datum that others set.
+    pub(super) fn said_by_job(&self, key: &str) -> Option<Value> {
+        let own = self.settings.assume.get(key).filter(|_| self.is_single(key))?;
+        self.heed(key);
+        Some(Value::from(*own))
+    }
+
+    /// Whether a datum may be one number or truth value, and is no array or record.
+    pub(super) fn is_single(&self, key: &str) -> bool {
+        let local = self.frames.last().and_then(|frame| frame.get(key));
+        match (local, self.file.data.get(key)) {
+            (Some(own), _) => !matches!(own.value, Value::List(_)) && is_plain(self.file, own.kind),
+            (None, Some(own)) => own.dimensions.is_empty() && is_plain(self.file, &own.kind),
+            (None, None) => self.kind_of(key).is_none_or(|kind| is_plain(self.file, kind)),
+        }
+    }
+
     /// Whether a function that is known only at run time gives no number and no truth value.
     pub(super) fn gives_other(&self, key: &str) -> bool {
         gives_no_number(key) || self.not_plain.get_or_init(|| not_plain(self.file)).contains(key)
@@ -100,6 +117,6 @@ fn kind_at<'a>(file: &'a File, own: &HashMap<&str, &'a str>, path: &Path) -> Opt
 
 /// Whether data of a type may be one number or truth value: of a type that is not known nobody
 /// says.
-pub(super) fn is_plain(file: &File, kind: &str) -> bool {
+fn is_plain(file: &File, kind: &str) -> bool {
     kind != "rawbytes" && !matches!(initial(file, kind), Value::List(_) | Value::Text(_))
 }

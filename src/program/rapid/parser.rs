@@ -326,9 +326,11 @@ impl<'a> Parser<'a> {
             self.statement_or_stray(&mut body);
         }
         // Handlers of errors do not run when nothing goes wrong.
+        let before = self.cursor.clone();
         let (end, in_handlers) = self.skip_past(end, &name)?;
+        let handlers = self.handlers(before);
         let module = self.cursor.module().to_owned();
-        Ok(Routine { line, end, in_handlers, name, module, parameters, body })
+        Ok(Routine { line, end, in_handlers, handlers, name, module, parameters, body })
     }
 
     /// A trap runs when its interrupt comes, and so do its handlers of errors.
@@ -351,6 +353,26 @@ impl<'a> Parser<'a> {
             self.statement_or_stray(&mut body);
         }
         Ok(Trap { line, name, file: self.name.map(str::to_owned), body })
+    }
+
+    /// What stands from here up to where the parser is.
+    fn handlers(&mut self, from: Cursor<'a>) -> Block {
+        let behind = std::mem::replace(&mut self.cursor, from);
+        let (count, fault) = (self.file.statement_count, self.fault.clone());
+        let mut block = Vec::new();
+        while self.cursor.place() + 1 < behind.place() {
+            if self.cursor.is_any_word(&["ERROR", "UNDO", "BACKWARD"]) {
+                self.cursor.advance();
+                if self.cursor.take_symbol("(") && self.cursor.list(")").is_err() {
+                    self.cursor.skip_statement();
+                }
+                continue;
+            }
+            self.statement_or_stray(&mut block);
+        }
+        self.cursor = behind;
+        (self.file.statement_count, self.fault) = (count, fault);
+        block
     }
 
     /// The line of the end, and the words before it.

@@ -2,55 +2,24 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::filled::filled;
-use super::instructions::{self, is_own_function, is_synced};
-use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH};
+use super::effect::{CIR_PATH_MODE, Effect, GRIP};
+use super::instructions::{self, changes, is_synced};
+use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH, TOO_DEEP};
 use super::number::Number;
 use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
-use super::walk::{blocks_in, functions_in, functions_of, names_in, statements_in};
+use super::walk::{functions_of, statements_in};
 use super::why::hint;
 use crate::motion::Turning;
 use crate::notes::Code;
 use crate::program::cell::Given;
 use crate::program::spindle_names::is_spindles;
 
-/// The instruction that says what the gripper holds.
-const GRIP: &str = "gripload";
-
 /// Statements that are searched in the time that one takes to run.
 const STATEMENTS_A_STEP: usize = 50;
 
-/// The instruction that says how the tool turns on arcs.
-const CIR_PATH_MODE: &str = "cirpathmode";
-
-/// Instructions that stand for what they set: no datum has their names.
-pub(super) const STAND_FOR: [&str; 2] = [GRIP, CIR_PATH_MODE];
-
 const DEPENDS: &str = " depends on a condition: ";
-
-/// What a block would change if it ran.
-pub(super) enum Effect<'a> {
-    /// Data alone.
-    Data(Vec<&'a Name>),
-    /// Motion, or which statements run.
-    Motion,
-}
-
-/// Of several together.
-impl<'a> FromIterator<Effect<'a>> for Effect<'a> {
-    fn from_iter<I: IntoIterator<Item = Effect<'a>>>(effects: I) -> Self {
-        let mut names = Vec::new();
-        for effect in effects {
-            match effect {
-                Effect::Motion => return Effect::Motion,
-                Effect::Data(more) => names.extend(more),
-            }
-        }
-        Effect::Data(names)
-    }
-}
 
 /// `CirPathMode \\ObjectFrame;`; the modes of the wrist are not read.
 fn turning(args: &Args) -> Option<Turning> {
@@ -60,10 +29,6 @@ fn turning(args: &Args) -> Option<Turning> {
         Some("cirpointori") => Some(Turning::ByWay),
         Some(_) => None,
     }
-}
-
-fn names_of(paths: Vec<&Path>) -> Vec<&Name> {
-    paths.into_iter().map(|path| &path.name).collect()
 }
 
 impl<'a> Interpreter<'a> {
@@ -76,6 +41,7 @@ impl<'a> Interpreter<'a> {
         self.frames.push(HashMap::new());
         let flow = self.call_routine(routine, args);
         self.tell_who_moves(routine);
+        self.tell_vmax();
         self.doubt_next_cycles(routine, args, &flow);
         self.tell_unheeded();
     }
@@ -120,13 +86,13 @@ impl<'a> Interpreter<'a> {
             return Flow::Exit;
         }
         if self.budget == 0 {
-            self.log.runs_too_long(line);
+            self.runs_too_long(line);
             return Flow::Exit;
         }
         self.budget -= 1;
         self.comments.heed(line, self.log);
         if self.depth >= MAX_DEPTH {
-            self.log.error(Code::TooLong, line, "calls are nested too deep here");
+            self.tell_too_deep(line);
             return Flow::Exit;
         }
         self.depth += 1;
@@ -152,15 +118,7 @@ impl<'a> Interpreter<'a> {
                 } else {
                     self.doubt_assignment(line, path, Some(expr));
                 }
-                let written = self.write(path, value.clone()).map_err(|why| (why, value));
-                if let Err((why, value)) = written {
-                    self.assign_elsewhere(path, value);
-                    // Data of another module: what depends on it here is reported where it matters.
-                    if !sets {
-                        let what = format!("assignment left out: {why}");
-                        self.log.warning(Code::LeftOut, line, what);
-                    }
-                }
+                self.assign(path, value, (!sets).then_some(line));
             }
             What::Call(name, args) => {
                 let flow = self.call(line, name, args);
@@ -227,7 +185,11 @@ impl<'a> Interpreter<'a> {
         let mut blocks: Vec<&'a Block> = blocks.collect();
         let returns = |what: &What| matches!(what, What::Return(_));
         let may_return = statements_in(blocks.iter().copied()).any(returns);
-        let left = self.function.filter(|_| may_return);
+        let functions = &self.file.functions;
+        let is_function = |own: &&Routine| {
+            functions.get(&own.name.key).is_some_and(|other| std::ptr::eq(*own, other))
+        };
+        let left = self.running.last().copied().filter(|own| may_return && is_function(own));
         if let Some(function) = left {
             blocks = vec![&function.body];
         }
@@ -240,6 +202,10 @@ impl<'a> Interpreter<'a> {
             blocks.into_iter().map(|own| self.effect(own, left.is_some(), &mut HashSet::new()));
         for effect in [asked].into_iter().chain(effects).collect::<Vec<_>>() {
             match effect {
+                Effect::Motion if why.contains(TOO_DEEP) => {
+                    self.tell_too_deep(line);
+                    return Flow::Exit;
+                }
                 Effect::Motion => {
                     let what =
                         format!("{keyword} decides about motion at run time: {why}{}", hint(why));
@@ -258,105 +224,6 @@ impl<'a> Interpreter<'a> {
             let what = format!("function '{}'{DEPENDS}{cause}", function.name.shown);
             Flow::Return(Some(Value::unknown(what)))
         })
-    }
-
-    /// Whether nothing in the block of a routine moves, or may.
-    pub(super) fn is_still(&self, block: &'a Block) -> bool {
-        matches!(self.effect(block, true, &mut HashSet::new()), Effect::Data(_))
-    }
-
-    /// `is_called`: of a routine, which RETURN ends alone; `seen`: routines counted already.
-    pub(super) fn effect(
-        &self,
-        block: &'a Block,
-        is_called: bool,
-        seen: &mut HashSet<&'a str>,
-    ) -> Effect<'a> {
-        let effect = |statement: &'a Statement| {
-            let what = &statement.what;
-            let asked = self.effect_of_functions(functions_in(what), seen);
-            let own = match what {
-                What::Assign(path, _) if self.would_assign(path) => Effect::Motion,
-                What::Assign(path, _) => Effect::Data(vec![&path.name]),
-                What::Call(name, args) => self.effect_of_call(name, args, seen),
-                What::Return(_) if is_called => Effect::Data(Vec::new()),
-                // Which one it calls only the run may know.
-                What::CallByName(..) => Effect::Motion,
-                What::Return(_) | What::Goto(_) | What::NotUnderstood(_) => Effect::Motion,
-                _ => Effect::Data(Vec::new()),
-            };
-            let blocks = blocks_in(what).into_iter();
-            let inside = blocks.map(|body| self.effect(body, is_called, seen)).collect();
-            [asked, own, inside].into_iter().collect()
-        };
-        block.iter().map(effect).collect()
-    }
-
-    /// Of one that is in no file it is not known.
-    fn effect_of_functions(
-        &self,
-        functions: Vec<&'a (Name, Args)>,
-        seen: &mut HashSet<&'a str>,
-    ) -> Effect<'a> {
-        let effect = |(name, args): &'a (Name, Args)| match self.file.functions.get(&name.key) {
-            Some(routine) => self.effect_of_routine(routine, &name.key, seen),
-            None if is_own_function(&name.key) => Effect::Data(names_of(filled(name, args))),
-            None => Effect::Motion,
-        };
-        functions.into_iter().map(effect).collect()
-    }
-
-    fn effect_of_routine(
-        &self,
-        routine: &'a Routine,
-        key: &'a str,
-        seen: &mut HashSet<&'a str>,
-    ) -> Effect<'a> {
-        if !seen.insert(key) {
-            return Effect::Data(Vec::new());
-        }
-        // A deep chain of calls is taken to move rather than followed on a small stack.
-        if seen.len() > MAX_DEPTH {
-            return Effect::Motion;
-        }
-        self.effect(&routine.body, true, seen)
-    }
-
-    fn effect_of_call(
-        &self,
-        name: &'a Name,
-        args: &'a Args,
-        seen: &mut HashSet<&'a str>,
-    ) -> Effect<'a> {
-        let references = args.positional.iter().filter_map(|arg| match arg {
-            Expr::Ref(path) => Some(&path.name),
-            _ => None,
-        });
-        if self.would_set(name, args) {
-            return Effect::Motion;
-        }
-        if let Some(routine) = self.file.procedures.get(&name.key) {
-            if self.gives_signal(routine, args) {
-                return Effect::Motion;
-            }
-            return match self.effect_of_routine(routine, &name.key, seen) {
-                Effect::Data(names) => Effect::Data(names.into_iter().chain(references).collect()),
-                Effect::Motion => Effect::Motion,
-            };
-        }
-        match name.key.as_str() {
-            key if CHANGE.contains(&key) => Effect::Data(references.collect()),
-            key if STAND_FOR.contains(&key) => Effect::Data(vec![name]),
-            "mechunitload" | "confj" | "confl" | "setsysdata" => Effect::Data(Vec::new()),
-            "waituntil" => {
-                let waited = names_in(args.positional.iter().collect());
-                Effect::Data(waited.into_iter().chain(names_of(filled(name, args))).collect())
-            }
-            key if instructions::is_ignored(key) => {
-                Effect::Data(references.chain(names_of(filled(name, args))).collect())
-            }
-            _ => Effect::Motion,
-        }
     }
 
     /// A datum, of the routine or of the module, is no longer known.
@@ -384,14 +251,25 @@ impl<'a> Interpreter<'a> {
             self.written.insert(&name.key);
             self.globals.insert(&name.key, Global::Known(value.clone()));
         }
-        if matches!(value, Value::Unknown(_)) && !self.is_declared(&name.key) {
+        let is_open = matches!(value, Value::Unknown(_));
+        let is_kept = is_open || self.assigned.contains_key(name.key.as_str());
+        if is_kept && !self.is_declared(&name.key) {
             self.assigned.insert(&name.key, value.clone());
         }
     }
 
-    /// Of a tool, a frame or a place that no file declares the program knows what it has set it to
-    /// as a whole; others may set numbers, too.
-    pub(super) fn assign_elsewhere(&mut self, path: &'a Path, value: Value) {
+    /// Sets a datum or a part of one; `line`: where it is told that this is left out.
+    pub(super) fn assign(&mut self, path: &'a Path, value: Value, line: Option<usize>) {
+        let Err(why) = self.write(path, value.clone()) else { return };
+        // Data of another module: what depends on it here is reported where it matters.
+        if let (false, Some(line)) = (self.assign_elsewhere(path, value), line) {
+            self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
+        }
+    }
+
+    /// Of a datum that no file declares the program knows what it has set it to as a whole, but for
+    /// the rounding; whether it does.
+    pub(super) fn assign_elsewhere(&mut self, path: &'a Path, value: Value) -> bool {
         let key = path.name.key.as_str();
         self.forget_name(key);
         if self.is_declared(key) {
@@ -399,20 +277,21 @@ impl<'a> Interpreter<'a> {
             let own = self.frames.last().and_then(|frame| frame.get(key));
             let module = own.and_then(|own| own.stands_for.as_ref()).map(|(module, _)| *module);
             self.written.insert(module.unwrap_or(key));
-            return;
+            return false;
         }
         self.doubt_order(key, &path.name);
         let trapped = self.trapped.get(key).cloned();
         let value = trapped.unwrap_or(value);
         let value = match (path.is_whole(), value) {
-            (true, Value::Num(_) | Value::Bool(_) | Value::Text(_) | Value::Absent) => return,
-            (true, value) => value,
+            (true, Value::Absent) => return false,
+            (true, value) => value.clone().worked_out([&value]),
             (false, _) => Value::unknown(format!(
                 "the program sets a part of '{}', which is declared in no file that is read",
                 path.name.shown
             )),
         };
         self.assigned.insert(key, value);
+        path.is_whole()
     }
 
     pub(super) fn is_declared(&self, key: &str) -> bool {
@@ -467,10 +346,15 @@ impl<'a> Interpreter<'a> {
         if let Some(motion) = instructions::motion(key) {
             self.doubt_modes(line);
             // What the controller stops at is told already.
-            if let Err(why) = self.motion(line, motion, args)
-                && self.fault_at != Some(line)
-            {
-                self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
+            match self.motion(line, motion, args) {
+                Err(why) if why.contains(TOO_DEEP) => {
+                    self.tell_too_deep(line);
+                    return Flow::Exit;
+                }
+                Err(why) if self.fault_at != Some(line) => {
+                    self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
+                }
+                _ => {}
             }
             if self.has_arrived {
                 self.settle();
@@ -515,6 +399,7 @@ impl<'a> Interpreter<'a> {
             "bitset" | "bitclear" => self.change_bit(line, key, args),
             _ if CHANGE.contains(&key) => self.count(line, key, args),
             "setsysdata" => self.set_sys_data(line, args),
+            "setdataval" => self.set_named(line, name, args),
             "loadid" => self.identify_load(line, args),
             _ if instructions::displaces(key) => {
                 let what = format!("{}: program displacement is not supported", name.shown);
@@ -562,21 +447,8 @@ impl<'a> Interpreter<'a> {
     }
 
     fn note_what_is_left_out(&mut self, line: usize, name: &Name, args: &'a Args) {
-        let changed = match name.key.as_str() {
-            "softact" | "tuneservo" => Some("how stiff the drives hold the arm"),
-            "speedlimaxis" | "speedlimcheckpoint" => Some("how fast the arm may be"),
-            "syncmoveon" | "syncmoveresume" => {
-                Some("how fast the arm moves, as robots that move together wait for each other")
-            }
-            _ => None,
-        };
-        if let Some(changed) = changed {
-            let what = format!(
-                "{} changes {changed}, which is not read: the robot file's stiffness and the \
-                 programmed speeds are used throughout",
-                name.shown
-            );
-            self.log.warning(Code::ChangeIgnored, line, what);
+        if let Some(changed) = changes(&name.key) {
+            self.doubt_change(line, &name.shown, changed);
         }
         self.doubt_call(line, name, args);
         match instructions::is_ignored(&name.key) {
@@ -593,12 +465,22 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// Of what changes how the arm moves and is not read.
+    pub(super) fn doubt_change(&mut self, line: usize, shown: &str, changed: &str) {
+        let what = format!(
+            "{shown} changes {changed}, which is not read: the robot file's stiffness and the \
+             programmed speeds are used throughout"
+        );
+        self.log.warning(Code::ChangeIgnored, line, what);
+    }
+
     /// A procedure or function that may do anything.
     pub(super) fn not_in_file(&mut self, line: usize, shown: &str) {
         let what = format!(
             "'{shown}' is not in this file: if it moves, or sets frames or data, that is not read"
         );
         self.forget_all_outputs();
+        self.lose_undeclared(shown);
         self.log.warning(Code::MotionLeftOut, line, what);
     }
 
@@ -640,10 +522,7 @@ impl<'a> Interpreter<'a> {
             .number()
             .and_then(|number| Ok(number.with(by?, |number, by| number * keep + by)));
         let value = sum.map_or_else(Value::unknown, Value::Num);
-        if let Err(why) = self.write(path, value) {
-            self.forget_name(&path.name.key);
-            self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
-        }
+        self.assign(path, value, Some(line));
     }
 
     /// `SpeedRefresh 50;`: the override from here on.

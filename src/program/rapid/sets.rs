@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::filled::filled;
 use super::instructions::may_set;
-use super::syntax::{Args, Block, Expr, File, Name, Optional, Parameter, Routine, What};
+use super::syntax::{Args, Block, Expr, File, Name, Optional, Parameter, Path, Routine, What};
 use super::walk::{functions_in, given, is_settable, names_in, statements_in, synced_procedure};
 
 /// Instructions that change their first argument.
@@ -67,15 +67,21 @@ pub(super) fn set_within<'a>(file: &'a File, block: &'a Block) -> Vec<&'a Name> 
 
 /// The data that a call gives to parameters by which they may be set.
 fn reached<'a>(routine: &'a Routine, args: &'a Args) -> Vec<&'a Name> {
+    let given = given_to(routine, args).into_iter();
+    given.filter(|(own, _)| own.by_reference).map(|(_, path)| &path.name).collect()
+}
+
+/// The data, and parts of them, that a call gives to parameters as they are.
+pub(super) fn given_to<'a>(routine: &'a Routine, args: &'a Args) -> Vec<(&'a Parameter, &'a Path)> {
     let of = |optional: bool| routine.parameters.iter().filter(move |p| p.optional == optional);
     let positional = of(false).zip(&args.positional);
     let named = args.optional.iter().filter_map(|(name, value)| match value {
         Optional::Value(expr) => Some((of(true).find(|own| own.name.key == *name)?, expr)),
         _ => None,
     });
-    let both = positional.chain(named).filter(|(parameter, _)| parameter.by_reference);
-    both.filter_map(|(_, expr)| match expr {
-        Expr::Ref(path) => Some(&path.name),
+    let both = positional.chain(named);
+    both.filter_map(|(parameter, expr)| match expr {
+        Expr::Ref(path) => Some((parameter, &**path)),
         _ => None,
     })
     .collect()

@@ -2,18 +2,24 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::effect::{Effect, STAND_FOR};
 use super::filled::filled;
 use super::instructions::is_ignored;
 use super::interpreter::Interpreter;
-use super::run::{Effect, STAND_FOR};
+use super::outputs::WHOLE;
 use super::sets::set_within;
 use super::syntax::{Block, Expr, File, Name, Optional, Path, Routine, Statement, What};
-use super::walk::{blocks_in, expressions_in, functions_in, names_in, reached_from, statements_in};
+use super::walk::{
+    blocks_in, expressions_in, functions_in, functions_of, names_in, reached_from, statements_in,
+};
 use crate::notes::Code;
+
+/// What helps where `assume` cannot.
+const CONST: &str = "declare it CONST in a copy of the program, with the value that it has then";
 
 impl<'a> Interpreter<'a> {
     /// Of branches that move, leave the routine, or set what later moves need, and of which data
-    /// decide that only others set.
+    /// decide that only others set, or that handlers of errors set, too.
     pub(super) fn doubt_shared(
         &mut self,
         line: usize,
@@ -26,13 +32,19 @@ impl<'a> Interpreter<'a> {
         if place.is_none_or(|place| !self.asked_of_others.insert(place)) {
             return;
         }
-        let mut names = names_in(conditions).into_iter();
-        let others = names.find(|name| {
+        let asked = functions_of(conditions.clone());
+        let names = names_in(conditions);
+        let is_by_others = |name: &&Name| {
             self.set_by_others.contains(name.key.as_str())
-                && !self.frames.last().is_some_and(|frame| frame.contains_key(&name.key))
-                && self.assumed(&name.key).is_none()
-        });
-        let Some(name) = others else { return };
+                && !self.is_local(&name.key)
+                && !(self.is_single(&name.key) && self.assumed(&name.key).is_some())
+        };
+        let others = names.iter().copied().find(is_by_others);
+        let handled = || {
+            let all = names.into_iter().chain(asked.into_iter().map(|(name, _)| name));
+            all.into_iter().find(|name| self.is_by_handlers(&name.key))
+        };
+        let Some(name) = others.or_else(handled) else { return };
         let all: Effect<'a> =
             blocks.iter().map(|block| self.effect(block, false, &mut HashSet::new())).collect();
         let decided = match all {
@@ -43,12 +55,44 @@ impl<'a> Interpreter<'a> {
             },
         };
         let (shown, key) = (&name.shown, name.shown.to_lowercase());
-        let what = format!(
-            "{keyword} asks for '{shown}', which is PERS and which no file that is read sets: the \
-             value of its declaration decides {decided}; assume: {{{key}: …}} in the job can \
-             settle it"
-        );
+        let what = match others {
+            Some(_) => {
+                let help = match self.is_single(&name.key) {
+                    true => format!("assume: {{{key}: …}} in the job can settle it"),
+                    false => format!("{WHOLE}: {CONST}"),
+                };
+                self.decided_by.insert(shown);
+                format!(
+                    "{keyword} asks for '{shown}', which is PERS and which no file that is read \
+                     sets: the value of its declaration decides {decided}; {help}"
+                )
+            }
+            None => format!(
+                "{keyword} asks for '{shown}', which a handler of errors sets or answers for, and \
+                 those are not read: its value where no error comes decides {decided}"
+            ),
+        };
         self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
+    /// More statements run than any program has, which what others set may end.
+    pub(super) fn runs_too_long(&mut self, line: usize) {
+        if self.decided_by.is_empty() {
+            return self.log.runs_too_long(line);
+        }
+        let all: Vec<&str> = self.decided_by.iter().copied().collect();
+        let mut singles = all.iter().filter(|own| self.is_single(&own.to_lowercase()));
+        let help = match singles.next() {
+            Some(own) => format!("assume: {{\"{own}\": …}} in the job gives another value"),
+            None => format!("{WHOLE}: {CONST}"),
+        };
+        let what = format!(
+            "the program runs too long here: a loop without an end, or one that ends by what \
+             another task sets; of '{}', PERS that no file that is read sets, the declaration \
+             counts: {help}",
+            all.join("', '")
+        );
+        self.log.error(Code::TooLong, line, what);
     }
 
     /// Data that two tasks share, and that procedures set to which the program does not lead: the

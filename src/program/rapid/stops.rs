@@ -2,6 +2,7 @@
 //! (`StopMove`, `ClearPath`, …), and how long it stands at a stop point.
 
 use super::constants::stop_point_of;
+use super::instructions::changes;
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Block, Name};
 use super::value::Value;
@@ -76,7 +77,11 @@ impl<'a> Interpreter<'a> {
                 "setsysdata" => self.lose_active(args),
                 key if drops(key) => self.doubt_rest(line, &name.shown),
                 "deactunit" => self.switch_off(args, false),
-                _ => {}
+                key => {
+                    if let Some(changed) = changes(key) {
+                        self.doubt_change(line, &name.shown, changed);
+                    }
+                }
             }
         }
     }

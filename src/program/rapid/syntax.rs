@@ -168,6 +168,8 @@ pub(super) struct Routine {
     pub(super) end: usize,
     /// Words of its handlers of errors, in lower case, which are not read.
     pub(super) in_handlers: HashSet<String>,
+    /// Their statements, as far as they are understood: they never run here.
+    pub(super) handlers: Block,
     pub(super) name: Name,
     /// Its module, in lower case.
     pub(super) module: String,

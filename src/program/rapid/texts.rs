@@ -76,22 +76,59 @@ fn num_to_str(given: &Given) -> Result<Value, String> {
     Value::text(&given.at(0)?.number()?.text_with(given.num(1)?)?)
 }
 
+/// A number, a truth value or a list of these in a string; nothing that has to be worked out.
+fn literal(text: &str) -> Option<Value> {
+    if let Some(inside) = text.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+        let mut depth = 0_i32;
+        let parts = inside.split(move |own| {
+            depth += i32::from(own == '[') - i32::from(own == ']');
+            own == ',' && depth == 0
+        });
+        return parts.map(|part| literal(part.trim())).collect::<Option<_>>().map(Value::List);
+    }
+    match text.to_uppercase().as_str() {
+        "TRUE" => return Some(Value::Bool(true)),
+        "FALSE" => return Some(Value::Bool(false)),
+        _ => {}
+    }
+    let is_plain = text.chars().all(|own| own.is_ascii_digit() || "+-.eE".contains(own));
+    let number: f64 = text.parse().ok().filter(|number: &f64| is_plain && number.is_finite())?;
+    Some(Value::Num(Number::of(number)))
+}
+
+/// Whether a value has the parts of another.
+fn is_like(value: &Value, other: &Value) -> bool {
+    match (value, other) {
+        (Value::Num(_), Value::Num(_)) | (Value::Bool(_), Value::Bool(_)) => true,
+        (Value::List(parts), Value::List(others)) => {
+            parts.len() == others.len()
+                && parts.iter().zip(others).all(|(part, other)| is_like(part, other))
+        }
+        _ => false,
+    }
+}
+
 impl<'a> Interpreter<'a> {
     /// `StrToVal("2.5", n)`: sets its second argument.
     pub(super) fn value_of_text(&mut self, args: &'a Args, given: &[Value]) -> Option<Value> {
         let Some(Expr::Ref(path)) = args.positional.get(1) else { return None };
         self.refuse_constant(self.line, path);
         let Some(Value::Text(text)) = given.first() else { return None };
-        let is_plain = text.chars().all(|own| own.is_ascii_digit() || "+-.eE".contains(own));
-        let number: f64 =
-            text.parse().ok().filter(|number: &f64| is_plain && number.is_finite())?;
-        let is_number = matches!(self.kind_of(&path.name.key), Some("num" | "dnum"));
-        if !path.is_whole() || !is_number {
+        let value = literal(text)?;
+        let now = self.read(path);
+        let (kind, blank) = self.blank_of_part(path)?;
+        let shape = match now {
+            Value::List(_) => now,
+            _ => blank,
+        };
+        // A byte goes up to 255, and a record of the program may have some.
+        let has_bytes = kind == "byte" || self.file.records.contains_key(kind);
+        if has_bytes || !is_like(&value, &shape) {
             return None;
         }
         self.doubt_assignment(self.line, path, None);
         let value = match self.guarded {
-            0 => Value::Num(Number::of(number)),
+            0 => value,
             _ => Value::unknown(format!(
                 "'{}' is set by StrToVal behind AND or OR, which need not work that out: {COPY}",
                 path.name.shown

@@ -3,7 +3,9 @@
 
 use std::collections::HashSet;
 
-use super::instructions::{displaces, is_ignored, is_own_function, motion, sounds_like_motion};
+use super::instructions::{
+    changes, displaces, is_ignored, is_own_function, motion, sounds_like_motion,
+};
 use super::interpreter::Interpreter;
 use super::sets::{CHANGE, set_within};
 use super::syntax::{Args, Block, Expr, Name, Routine, Trap, What};
@@ -25,6 +27,9 @@ const QUIET: [&str; 10] = [
     "confj",
     "confl",
 ];
+
+/// Instructions that are read elsewhere, and say how the arm moves from then on.
+const SET_MOTION: [&str; 5] = ["cirpathmode", "gripload", "setsysdata", "speedrefresh", "velset"];
 
 impl<'a> Interpreter<'a> {
     pub(super) fn warn_of_traps(&mut self) {
@@ -205,11 +210,7 @@ impl<'a> Interpreter<'a> {
 
     /// A datum of the module that a trap or another task sets; `by` says which.
     pub(super) fn set_at_any_time(&mut self, name: &'a Name, by: &str) {
-        let assumed = self.settings.assume.get(&name.key).map(|own| Value::from(*own));
-        if assumed.is_some() {
-            self.heed(&name.key);
-        }
-        let value = assumed.unwrap_or_else(|| {
+        let value = self.said_by_job(&name.key).unwrap_or_else(|| {
             Value::unknown(format!("'{}': {by}: known only at run time", name.shown))
         });
         if !self.file.data.contains_key(&name.key) && matches!(value, Value::Unknown(_)) {
@@ -245,7 +246,7 @@ impl<'a> Interpreter<'a> {
                         }
                     } else if motion(key).is_some() || sounds_like_motion(key) || displaces(key) {
                         return Some("moves the robot".to_owned());
-                    } else if matches!(key, "velset" | "speedrefresh" | "gripload" | "setsysdata") {
+                    } else if SET_MOTION.contains(&key) || changes(key).is_some() {
                         return Some(format!("changes motion by {}", name.shown));
                     } else if let Some(ends) = ends(key) {
                         return Some(format!("{ends} by {}", name.shown));

@@ -41,6 +41,16 @@ impl<'a> Interpreter<'a> {
         Value::Unknown(why.part(&shown_steps(path, &way).concat()))
     }
 
+    /// What is in no file may set data that are declared in none: these may be of one module.
+    pub(super) fn lose_undeclared(&mut self, by: &str) {
+        for (key, value) in &mut self.assigned {
+            if matches!(value, Value::Num(_) | Value::Bool(_) | Value::Text(_)) {
+                let what = "and both are in no file that is read";
+                *value = Value::unknown(format!("'{by}' may set '{key}', {what}: {FILE}"));
+            }
+        }
+    }
+
     /// Whether a datum of a module is of a type that no file declares, and the program gives it
     /// nothing.
     pub(super) fn is_left_open(&self, key: &str, kind: &str) -> bool {

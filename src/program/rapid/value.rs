@@ -106,7 +106,21 @@ impl Value {
 
     /// What is worked out of others: exact at most where all numbers in these are.
     pub(super) fn worked_out<'v>(self, given: impl IntoIterator<Item = &'v Self>) -> Self {
-        if given.into_iter().all(Self::is_exact) { self } else { self.opened() }
+        let (mut is_exact, mut is_of_robot) = (true, false);
+        for own in given {
+            is_exact &= own.is_exact();
+            is_of_robot |= own.is_of_robot();
+        }
+        match self {
+            Self::Num(number) if is_of_robot => Self::Num(number.of_robot()),
+            _ if is_exact => self,
+            _ => self.opened(),
+        }
+    }
+
+    /// Whether it is a number that depends on the robot.
+    pub(super) fn is_of_robot(&self) -> bool {
+        matches!(self, Self::Num(number) if number.is_of_robot())
     }
 
     fn is_exact(&self) -> bool {

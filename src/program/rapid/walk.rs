@@ -41,18 +41,26 @@ pub(super) fn blocks_within<'a>(file: &'a File, blocks: &[&'a Block]) -> Vec<&'a
     while let Some(block) = open.pop() {
         found.push(block);
         for what in statements_in(std::iter::once(block)) {
-            for (name, _) in functions_in(what) {
-                let own = file.functions.get(&name.key).filter(|_| seen.insert(&name.key));
-                open.extend(own.map(|routine| &routine.body));
-            }
-            let What::Call(name, args) = what else { continue };
-            let own = file.procedures.get(&name.key);
-            let own = own.or_else(|| synced_procedure(file, name, args));
-            let own = own.filter(|routine| seen.insert(&routine.name.key));
-            open.extend(own.map(|routine| &routine.body));
+            let called = routines_in(file, what).into_iter();
+            let new = called.filter(|routine| seen.insert(&routine.name.key));
+            open.extend(new.map(|routine| &routine.body));
         }
     }
     found
+}
+
+/// The routines of the files that a statement calls, its blocks aside.
+pub(super) fn routines_in<'a>(file: &'a File, what: &'a What) -> Vec<&'a Routine> {
+    let functions = functions_in(what).into_iter();
+    let functions = functions.filter_map(|(name, _)| file.functions.get(&name.key));
+    let procedure = match what {
+        What::Call(name, args) => {
+            let own = file.procedures.get(&name.key);
+            own.or_else(|| synced_procedure(file, name, args))
+        }
+        _ => None,
+    };
+    functions.chain(procedure).collect()
 }
 
 /// What is called in blocks, and in what of the files they call, and is in no file.
@@ -254,7 +262,7 @@ pub(super) fn undeclared_frames(file: &File, reached: Option<&HashSet<&str>>) ->
 }
 
 /// Parameters and data of a routine.
-fn own_names(routine: &Routine) -> HashSet<&str> {
+pub(super) fn own_names(routine: &Routine) -> HashSet<&str> {
     let declared = statements_in(std::iter::once(&routine.body)).filter_map(|what| match what {
         What::Declare(declaration) => Some(&declaration.name),
         _ => None,

@@ -186,7 +186,7 @@ fn things_beside_the_motion_are_told() {
         "FEDRAT/5,IPM\nLOADTL/1\nGOTO/0,0,0\nLOADTL/2\nHEAD/2\nCUTCOM/LEFT\nSPINDL/100,SFM\nGOTO/1,0,0",
     );
     let told: Vec<usize> = program.warnings.iter().map(at).collect();
-    assert_eq!(told, [1, 5, 6, 7], "{:?}", program.warnings);
+    assert_eq!(told, [1, 5, 6, 7, 8], "{:?}", program.warnings);
     // What may be skipped.
     let program = apt("FEDRAT/5,IPM\nGOTO/0,0,0\nOPSKIP/ON\nGOTO/1,0,0\nOPSKIP/OFF");
     let told: Vec<(usize, Code)> =

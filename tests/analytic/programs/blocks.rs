@@ -84,7 +84,7 @@ fn where_g92_states_the_place_the_path_starts_there() {
 #[test]
 fn a_cut_before_the_first_tool_change_is_with_a_tool_that_nobody_states() {
     let cut = "G90 G21 G0 X0 Y0 Z5 S1200 M3 T2\nG43 Z5 H1\nG1 X50 F500\n";
-    let program = gcode(&format!("{cut}M6\nM3\nG1 X0"));
+    let program = gcode(&format!("{cut}M6\nM3\nG0 X0"));
     assert_eq!(doubts(&program), [(Code::ChangeIgnored, 3)], "{:?}", program.warnings);
     // An M6 that no line runs loads nothing.
     let never = gcode("T1\nG90 G21 S900 M3\nG0 X0 Y0 Z5\nG1 X9 F100\nM30\nO2\nM6\nM99");
@@ -189,6 +189,50 @@ fn shifts_that_controls_differ_in_are_doubts() {
     let ended = gcode("G21 G90 M3 S900\nG92 X0 Y0 Z10\nG1 X20 F99\nG92.1\nG1 X0");
     assert_eq!(doubts(&ended), [(Code::ChangeIgnored, 4)], "{:?}", ended.warnings);
     assert_eq!(doubts(&behind_head("G92 X5\nG1 X9 F99\nG92.1\nG1 X0")), []);
+    // Nothing moves behind it.
+    assert_eq!(doubts(&gcode("G21 G90 M3 S900\nG92 X0 Y0 Z10\nG1 X20 F99\nG92.1\nM5")), []);
+}
+
+/// Fanuc and Haas: what is printed moves nothing.
+#[test]
+fn output_statements_are_left_out() {
+    let text = "POPEN\nDPRNT[X#1[53]*Y#[#2+1][53]] (TO THE PORT)\nBPRNT [A]\nPCLOS\nG1 X5 F100";
+    let program = behind_head(text);
+    assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [5.0, 0.0, 5.0])]);
+    let told = program.warnings.iter().filter(|note| note.what.contains("only sends data"));
+    let told: Vec<_> = told.map(|note| (note.code, at(note))).collect();
+    assert_eq!(told, [4, 5, 6, 7].map(|line| (Code::LeftOut, line)));
+    let cut = behind_head("PO\nDP[A]\nbp[#1] (A)\nPC (B)\nG1 X5 F100");
+    assert_ends(&cut, &[('L', [0.0, 0.0, 5.0]), ('L', [5.0, 0.0, 5.0])]);
+    for (text, said) in [
+        ("DPRNT[X#1", "DPRNT: a bracket is not closed"),
+        ("DPRNT[X#1[53] G1 X50", "a bracket is not closed"),
+        ("BPRNT[[[[]", "BPRNT: a bracket is not closed"),
+        ("DPRNT", "in [ ] behind it"),
+        ("DPRNT(A)", "in [ ] behind it"),
+    ] {
+        let text = format!("G21 G90 S900 M3\nG0 X0 Y0 Z5\nG1 Z-1 F600\n{text}\nX5");
+        let found = faults(&text, Dialect::GCode);
+        assert!(at(&found[0]) == 4 && found[0].what.contains(said), "{text}: {found:?}");
+    }
+}
+
+#[test]
+fn the_axis_that_no_move_knows_is_named() {
+    let calls = "BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL Z+200 R0 FMAX M3\nEND PGM A MM\n";
+    for (text, dialect, line, axes) in [
+        ("G21 G90\nG0 X5 Y5\nX10", Dialect::GCode, 3, "Z is"),
+        ("G21 G90\nG28 X0\nG0 Y5", Dialect::GCode, 3, "X and Z are"),
+        ("G710 G90\nSUPA G0 Z500 D0\nG0 X5 Y5", Dialect::Sinumerik, 3, "Z is"),
+        (calls, Dialect::Heidenhain, 3, "X and Y are"),
+    ] {
+        let found = faults(text, dialect);
+        let said = format!("{axes} not known up to here");
+        assert!(at(&found[0]) == line && found[0].what.starts_with(&said), "{found:?}");
+        assert_eq!(found.len(), 1, "{found:?}");
+    }
+    let lost = faults("G21 G90\nG0 X5 Y5\nG28 X5 Y5 Z5\nG0 Z5", Dialect::GCode);
+    assert!(lost[0].what.contains("up to here (G28/G30 in line 3 goes"), "{lost:?}");
 }
 
 #[test]

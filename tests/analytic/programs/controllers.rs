@@ -293,9 +293,14 @@ fn system_variables_of_tp_that_motion_depends_on() {
     refused(tp(unknown, &[]), "R[1] is known only at run time");
     let payload = tp("$PAYLOAD=3 ;\nL P[1] 9mm/sec FINE ;\n", &[]).unwrap();
     assert_eq!(doubts(&payload), [(Code::ChangeIgnored, 4)]);
-    for quiet in ["$WAITTMOUT=200", "$SHELL_CFG.$X=1", "IF DI[1]=ON,$WAITTMOUT=200"] {
-        let program = tp(&format!("{quiet} ;\nL P[1] 9mm/sec FINE ;\n"), &[]).unwrap();
-        assert_eq!((doubts(&program), program.moves.len()), (vec![], 2), "{quiet}");
+    for (set, told) in [
+        ("$WAITTMOUT=200", vec![]),
+        ("IF DI[1]=ON,$WAITTMOUT=200", vec![]),
+        // A remark.
+        ("$SHELL_CFG.$X=1", vec![(Code::LeftOut, 4)]),
+    ] {
+        let program = tp(&format!("{set} ;\nL P[1] 9mm/sec FINE ;\n"), &[]).unwrap();
+        assert_eq!((doubts(&program), program.moves.len()), (told, 2), "{set}");
     }
 }
 

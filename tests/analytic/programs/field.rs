@@ -192,6 +192,7 @@ fn tools_by_name_stay_the_first_with_a_doubt() {
 fn tools_by_name_that_the_job_lists_have_its_numbers() {
     let job = Settings {
         tool_names: [("MILL2".to_owned(), 3), ("MILL5".to_owned(), 4)].into(),
+        tool_frames: [3, 4].map(|number| (number, nalgebra::Isometry3::identity())).into(),
         ..settings()
     };
     let sinumerik = "G71 G90 G94\nT=\"MILL2\" M6\nS900 M3\nG0 X0 Y0 Z0\nG1 X10 F100\n\

@@ -133,7 +133,7 @@ fn what_the_job_assumes_of_inputs_of_tp_counts_in_expressions() {
     let open = branch(&job(&both[..1])).unwrap_err();
     assert!(open[0].what.contains("assume: {\"F[1]\": …} in the job"), "{open:?}");
     let open = branch(&job(&[])).unwrap_err();
-    assert!(open[0].what.contains("assume: {\"DI[113]\": …} in the job"), "{open:?}");
+    assert!(open[0].what.contains("assume: {\"DI[113]\": …, \"F[1]\": …} in the job"), "{open:?}");
 }
 
 /// 7 mm along the frame's x axis is the robot's y axis; along the tool's z axis it is down.

@@ -54,6 +54,56 @@ fn a_pocket_with_arcs_a_repeat_and_a_hole() {
     assert_eq!(program.moves[1].stated.tool, Some(5));
 }
 
+/// 4 inches are 101.6 mm, and 98 tenths of an inch a minute 248.92 mm.
+#[test]
+fn the_unit_is_the_last_word_of_the_head() {
+    let of = |head: &str, tail: &str| {
+        conversational(&format!(
+            "0 BEGIN PGM {head}\nTOOL CALL 1 Z S3000\nL X+0 Y+0 Z+0 R0 FMAX M3\nL X+4 F98 M30\n\
+             END PGM {tail}\n"
+        ))
+    };
+    for (head, [x, feed]) in [
+        ("100 MM", [4.0, 98.0]),
+        ("IN mm", [4.0, 98.0]),
+        ("100 INCH", [101.6, 248.92]),
+        ("100 IN", [101.6, 248.92]),
+        ("MM inch ; MM", [101.6, 248.92]),
+    ] {
+        for tail in [head, "100", "PART"] {
+            let program = of(head, tail).unwrap();
+            assert_ends(&program, &[('L', [0.0; 3]), ('L', [x, 0.0, 0.0])]);
+            assert!((program.moves[1].feed_m_per_s * 6e4 - feed).abs() < 1e-9, "{head}");
+        }
+    }
+    for head in ["100 INCHES", "100 XYZ", "100", "1-INCH-FITTING"] {
+        let found = of(head, head).unwrap_err();
+        assert!(at(&found[0]) == 1 && found[0].what.contains("expected MM or INCH"), "{found:?}");
+    }
+    for (head, tail) in [("100 MM", "100 INCH"), ("100 IN", "100 mm")] {
+        let found = of(head, tail).unwrap_err();
+        assert_eq!((found.len(), at(&found[0])), (1, 1), "{found:?}");
+        assert!(found[0].what.contains("END PGM (line 5) state different units"), "{found:?}");
+    }
+    const CUT: &str = "L X+0 Y+0 Z+0 FMAX\nL X+4 F98\n";
+    for (text, said) in [
+        (format!("{CUT}END PGM 100 INCH\n"), "write BEGIN PGM NAME MM, or INCH"),
+        (format!("begin pgm 1 mm\n{CUT}END PGM 1 MM\n"), "in capital letters"),
+        (
+            format!("{CUT}BEGIN PGM A INCH\n{CUT}END PGM A INCH\n"),
+            "take out what stands before line 3",
+        ),
+    ] {
+        let found = conversational(&text).unwrap_err();
+        assert_eq!((found.len(), at(&found[0])), (1, 1), "{found:?}");
+        assert!(found[0].what.contains(said), "{found:?}");
+    }
+    let twice = format!("BEGIN PGM A MM\n{CUT}BEGIN PGM B INCH\n{CUT}END PGM B INCH\n");
+    assert!(
+        conversational(&twice).unwrap_err().iter().any(|note| note.what.contains("a second BEGIN"))
+    );
+}
+
 /// M140 and M99 do the same in a block of their own as behind L.
 #[test]
 fn codes_that_move_in_blocks_of_their_own() {
@@ -510,6 +560,54 @@ fn signs_may_stand_apart() {
     .unwrap();
     let ends = [[0.0; 3], [0.0, 0.0, 5.0], [-10.0, 0.0, 5.0], [2.0, -5.0, 5.0]];
     assert_ends(&program, &ends.map(|at| ('L', at)));
+}
+
+/// A parameter may stand apart, with a sign and without.
+#[test]
+fn parameters_apart_from_their_words() {
+    let of = |blocks: &str| {
+        conversational(&format!(
+            "BEGIN PGM A MM\nQ1 = 7\nQ5 = 500\nTOOL CALL 1 Z S Q5\nL X+0 Y+0 Z+0 R0 FMAX M3\n{blocks}\
+             END PGM A MM\n"
+        ))
+    };
+    let program = of("L X Q1 F Q5\nL IY Q1\nCR X+14 Y+14 R Q1 DR+\n").unwrap();
+    let ends = [('L', [0.0; 3]), ('L', [7.0, 0.0, 0.0]), ('L', [7.0, 7.0, 0.0])];
+    assert_ends(&program, &[&ends[..], &[('A', [14.0, 14.0, 0.0])]].concat());
+    let feeds: Vec<f64> =
+        program.moves[1..].iter().map(|m| (m.feed_m_per_s * 6e4).round()).collect();
+    assert_eq!(feeds, [500.0; 3]);
+    assert_eq!(program.moves[1].stated.spindle, Some(Spindle::Turns(Some(500.0))));
+    // From the corner at X 20 each line loses 7 mm.
+    let program = of("BLK FORM CYLINDER Z R Q1 L Q5\nL X+20 F Q5\nCHF Q1\nL Y+20\n").unwrap();
+    let ends = [[0.0; 3], [13.0, 0.0, 0.0], [20.0, 7.0, 0.0], [20.0, 20.0, 0.0]];
+    assert_ends(&program, &ends.map(|at| ('L', at)));
+    let program = of("FUNCTION DWELL TIME Q1\nL X+9 F Q5\n").unwrap();
+    assert_eq!(program.moves[1].timing, Timing::Seconds(7.0));
+    for (blocks, said) in [
+        ("L X Q2\n", "Q parameters in words"),
+        ("TOOL CALL 2 Z Q5\n", "Q5 stands apart"),
+        ("L X+5 R0 M Q5\n", "Q5 stands apart"),
+        ("Q1 Q5\n", "without '='"),
+    ] {
+        let found = of(blocks).unwrap_err();
+        assert!(found[0].what.contains(said), "{blocks}: {found:?}");
+    }
+}
+
+#[test]
+fn what_a_refused_block_would_set_is_told_as_such() {
+    let of = |blocks: &str| {
+        let text = format!("BEGIN PGM A MM\nL X+0 Y+0 Z+5 FMAX\n{blocks}\nEND PGM A MM\n");
+        conversational(&text).unwrap_err()
+    };
+    for reads in ["L X+Q5", "L X5 FQ5", "Q6 = Q5 + 1", "FN 9: IF +Q5 EQU +5 GOTO LBL 3"] {
+        let found = of(&format!("FN 0: Q5 = +QL1\n{reads}"));
+        let said = "Q5 is read, and the block that would set it is refused";
+        assert!(at(&found[1]) == 4 && found[1].what.contains(said), "{reads}: {found:?}");
+    }
+    let again = of("Q5 = QL1\nQ5 = 2\nL X+Q5 F200");
+    assert_eq!(again.len(), 1, "{again:?}");
 }
 
 /// TIME in seconds, REV in turns of the spindle: 15 at 3000 rpm are 0.3 s.

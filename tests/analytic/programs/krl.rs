@@ -292,7 +292,11 @@ fn components_of_structures_have_types() {
 #[test]
 fn the_job_gives_the_value_of_a_function() {
     let asks = format!("{START}\nIF Foo() == 1 THEN\nLIN {{X 9}}\nENDIF");
-    refused(with(&asks, &settings()), "assume: in the job can settle it");
+    refused(with(&asks, &settings()), "assume: {\"FOO\": …} in the job can give it");
+    // Of a function of the controller, through a datum, too.
+    let length = format!("{START}\nN=STRLEN(T[])\nIF N > 3 THEN\nLIN {{X 9}}\nENDIF");
+    refused(with(&length, &settings()), "assume: {\"STRLEN\": …} in the job can give it");
+    assert_eq!(with(&length, &assuming("strlen", 5.0)).unwrap().moves.len(), 2);
     for (value, moves) in [(1.0, 2), (2.0, 1)] {
         let program = with(&asks, &assuming("foo", value)).unwrap();
         assert_eq!(

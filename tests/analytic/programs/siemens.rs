@@ -1,5 +1,6 @@
 //! Sinumerik's drilling cycles and helices of several turns.
 
+use detune::motion::Timing;
 use detune::notes::{Code, Note};
 use detune::program::{Companion, Dialect, Program, RotaryAxis, Settings, read};
 
@@ -94,6 +95,38 @@ fn deep_holes() {
         "MCALL CYCLE83(20,0,2,-6,,-3,,0,,0.5,1,1,,3,1,0,0.5,0,0,1001110)\nX0\nMCALL\n",
         &[50.0, 2.0, -3.0, 2.0, 2.0, -2.5, -6.0, 2.0, 20.0],
     );
+}
+
+/// DTB and DTS are seconds where they are positive: at the bottom of both pecks, and once over the
+/// hole. Nothing says a speed.
+#[test]
+fn dwells_of_deep_holes_need_a_speed_for_turns_alone() {
+    let of = |call: &str| {
+        let text = format!("{HEAD}{call}M30\n").replace("S3000 ", "");
+        read(text.as_bytes(), Dialect::Sinumerik, &settings())
+    };
+    let program = of("CYCLE83(5,0,2,-10,,-5,,0,0.1,0.5,1,1)\n").unwrap();
+    let dwells: Vec<Timing> = program.moves.iter().map(|each| each.timing).collect();
+    let dwells: Vec<_> = dwells.into_iter().filter(|t| matches!(t, Timing::Seconds(_))).collect();
+    assert_eq!(dwells, [0.1, 0.5, 0.1].map(Timing::Seconds));
+    let turns = of("CYCLE83(5,0,2,-10,,-5,,0,-3,0.5,1,1)\n").unwrap_err();
+    assert!(turns[0].what.contains("a dwell in turns"), "{turns:?}");
+}
+
+#[test]
+fn synchronized_actions_are_refused_by_their_name() {
+    for action in [
+        "WHEN $A_IN[1]==1 DO M8",
+        "WHENEVER $A_IN[1] DO $AC_OVR=0",
+        "N7 ID=1 EVERY $A_IN[1]==1 DO M8",
+        "IDS=2 DO $AC_OVR=50",
+        "G1 X5 WHEN $A_IN[1] DO M8",
+    ] {
+        let found = run(&format!("{action}\nG1 X5\n")).unwrap_err();
+        assert_eq!((found.len(), at(&found[0])), (1, 6), "{action}: {found:?}");
+        assert!(found[0].what.contains("a synchronized action"), "{action}: {found:?}");
+    }
+    assert!(run("MSG(\"WHEN COLD DO WAIT\")\nG1 X5\n").is_ok());
 }
 
 #[test]

@@ -77,9 +77,8 @@ fn tools_under_one_tcp_are_a_doubt_unless_the_job_measures_them() {
     let program = of(two, Dialect::GCode, &measured(&[1, 2]));
     let lengths: Vec<f64> = program.moves.iter().map(|m| m.tcp.translation.z).collect();
     assert_eq!(lengths, [0.1, 0.1, 0.2, 0.2, 0.2, 0.1]);
-    // Without any tcp the program's places are the tip's, as of one tool; of some tools alone they
-    // are an error.
-    assert_eq!(doubts(two, Dialect::GCode, &settings()), NONE);
+    // The same without any tcp; of some tools alone they are an error.
+    assert_eq!(doubts(two, Dialect::GCode, &settings()), [6]);
     let some = Settings { tcp: None, ..measured(&[1]) };
     let found = read(ended(two, Dialect::GCode).as_bytes(), Dialect::GCode, &some).unwrap_err();
     assert!(found[0].what.contains("tool 2 is not among path.program.tool_frames"), "{found:?}");
@@ -92,18 +91,22 @@ fn tools_under_one_tcp_are_a_doubt_unless_the_job_measures_them() {
         "G21 G0 X0 Y0 Z0\nG1 X9 F400",
     ] {
         assert_eq!(doubts(one, Dialect::GCode, &job), NONE, "{one}");
+        assert_eq!(doubts(one, Dialect::GCode, &settings()), NONE, "{one}");
     }
     // Lengths without a tool, and two of one tool.
     let lengths = "G21 G43 H1 G0 X0 Y0 Z0\nG1 X9 F400\nG43 H2\nG1 X0";
     assert_eq!(doubts(lengths, Dialect::GCode, &job), [4]);
+    assert_eq!(doubts(lengths, Dialect::GCode, &settings()), [4]);
     assert_eq!(doubts(lengths, Dialect::GCode, &measured(&[1, 2])), NONE);
     let edges = "G21 T1 M6\nG43 H1 G0 X0 Y0 Z0\nG1 X9 F400\nG43 H11\nG1 X0";
     assert_eq!(doubts(edges, Dialect::GCode, &measured(&[1])), [4]);
     let apt = "UNITS/MM\nLOADTL/1\nGOTO/0,0,0\nFEDRAT/400\nGOTO/9,0,0\nLOADTL/2\nGOTO/0,0,0";
     assert_eq!(doubts(apt, Dialect::Apt, &job), [7]);
+    assert_eq!(doubts(apt, Dialect::Apt, &settings()), [7]);
     let heidenhain = "0 BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+5 FMAX\nL X+9 F400\n\
                       TOOL CALL 2 Z S900\nL X+0 F400\nEND PGM A MM\n";
     assert_eq!(doubts(heidenhain, Dialect::Heidenhain, &job), [6]);
+    assert_eq!(doubts(heidenhain, Dialect::Heidenhain, &settings()), [6]);
     assert_eq!(doubts(heidenhain, Dialect::Heidenhain, &measured(&[1, 2])), NONE);
     let krl = "DEF p()\nBAS(#VEL_CP,0.1)\nBAS(#TOOL,1)\nPTP {X 0,Y 0,Z 100,A 0,B 0,C 180}\n\
                LIN {X 9}\nBAS(#TOOL,2)\nLIN {X 0}\nEND\n";
@@ -148,10 +151,40 @@ fn a_feed_that_is_kept_in_another_unit_is_a_doubt() {
     ] {
         assert_eq!(doubts(text, Dialect::GCode), lines, "{text}");
     }
-    // Sinumerik's G70 leaves the unit of feeds.
-    assert_eq!(doubts("G70\nX1", Dialect::Sinumerik), NONE);
     assert_eq!(doubts("G700\nX1", Dialect::Sinumerik), [6]);
     assert_eq!(doubts("G700\nX1 FB=8\nX2", Dialect::Sinumerik), [7]);
+}
+
+/// Sinumerik's G70 is of lengths alone: feeds are in the unit of MD10240. 9.8 inches are 248.92 mm.
+#[test]
+fn feeds_under_g70_are_a_doubt_where_nothing_says_the_unit_of_the_machine() {
+    let found = |head: &str, body: &str, unit: Option<LengthUnit>| {
+        let text = format!("{head} G90 G94\nS900 M3\nG0 X0 Y0 Z1\n{body}");
+        of(&text, Dialect::Sinumerik, &Settings { unit, ..settings() })
+    };
+    let doubts = |head: &str, body: &str| told(&found(head, body, None), Code::UnitAssumed);
+    let cut = "G1 X2 F9.8\nX3";
+    assert_eq!(doubts("G70", cut), [4]);
+    assert_eq!(doubts("F9.8 G70", "G1 X2"), [4]);
+    assert_eq!(doubts("G70", "G95 G1 X2 F0.01"), [4]);
+    assert_eq!(doubts("G70", "CYCLE85(1,0,.1,-1,,0,80,200)"), [4]);
+    // The unit is that of where F stands.
+    for other in ["G710", "G71"] {
+        assert_eq!(doubts("G70 F9.8", &format!("{other} G1 X2")), [4], "{other}");
+    }
+    assert_eq!(doubts("G70 F9.8", "G710\nG1 X2 F100"), NONE);
+    let kept = found("G700 F9.8", "G70 G1 X2", None);
+    assert_eq!(told(&kept, Code::UnitAssumed), [4]);
+    assert!(!kept.warnings.iter().any(|note| note.what.contains("taken as mm")), "{kept:?}");
+    assert!((kept.moves[1].feed_m_per_s * 6e4 - 248.92).abs() < 1e-9);
+    for (head, body) in [("G700", cut), ("G71", cut), ("G70", "G1 X2"), ("G70", "G93 G1 X2 F5")] {
+        assert_eq!(doubts(head, body), NONE, "{head} {body}");
+    }
+    for (unit, mm_per_min) in [(LengthUnit::Mm, 9.8), (LengthUnit::Inch, 248.92)] {
+        let program = found("G70", cut, Some(unit));
+        assert_eq!(told(&program, Code::UnitAssumed), NONE);
+        assert!((program.moves[1].feed_m_per_s * 6e4 - mm_per_min).abs() < 1e-9);
+    }
 }
 
 #[test]
@@ -215,9 +248,11 @@ fn what_is_assumed_holds_until_the_program_sets_it() {
         lines(&text, Dialect::Rapid, name, one)
     };
     assert_eq!(rapid("", "nLayer=1", "nlayer"), Ok(2));
+    // 2 by then.
+    assert_eq!(rapid("nLayer:=nLayer+1;", "nLayer=1", "nlayer"), Ok(1));
+    assert_eq!(rapid("nLayer:=nLayer+1;", "nLayer=2", "nlayer"), Ok(2));
     for set in [
         "nLayer:=AInput(ai1);",
-        "nLayer:=nLayer+1;",
         "Incr nLayer;",
         "IF DInput(di9)=1 nLayer:=2;",
         "WHILE DInput(di9)=1 DO\nnLayer:=nLayer+1;\nENDWHILE",

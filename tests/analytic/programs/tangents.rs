@@ -438,7 +438,7 @@ fn parameters_are_computed_and_decide() {
     assert_eq!(z.len(), 4, "{z:?}");
     z.iter().zip([-3.0, -6.0, -9.0, -2.0]).for_each(|(found, expected)| close(*found, expected));
     // What a formula that is not read would have set is not known.
-    refused("Q1 = 5\nQ1 = FOO 5\nL X+Q1 F300\n", "Q parameters in words");
+    refused("Q1 = 5\nQ1 = FOO 5\nL X+Q1 F300\n", "the block that would set it is refused");
     refused("LBL 2\nL X+1 F300\nFN 9: IF +1 EQU +1 GOTO LBL 2\n", "too long");
 }
 

@@ -1,5 +1,5 @@
 //! G-code whose coordinates are turned (G68) or polar (G16), subprograms by a block number (M97),
-//! comments in comments, EXISTS; changes of tool under a turning spindle.
+//! or a computed one, comments in comments, EXISTS; changes of tool under a turning spindle.
 
 use detune::notes::Code;
 use detune::program::{Dialect, NewSpeed, Program, Rewrite, read, rewrite};
@@ -96,7 +96,41 @@ fn comments_in_comments_end_where_every_controller_ends_them() {
     BEGUN.assert_way("( Drilling at (1, 2) )\nG1 X1\n", &second);
     BEGUN.assert_way("(a (b (c) ) ) G1 X1 (end)\n", &second);
     BEGUN.refused("(a (b) X5)\nG1 X1\n", "a comment in a comment");
-    BEGUN.refused("(a (b)\nG1 X1\n", "a comment in a comment");
+    BEGUN.refused("(a (b) G1 X1\n", "a comment in a comment");
+    // Nothing stands behind it.
+    BEGUN.assert_way("(C:\\A(B\\X.NC)\nG1 X1\n", &second);
+    BEGUN.assert_way("G1 X1 (a (b (c) ) \n", &second);
+    BEGUN.assert_way("G1 X1 (a (b) ; c\n", &second);
+    // In expressions, too.
+    BEGUN.assert_way("#1=1 (a (b))\nG1 X#1 (a (b)\n", &second);
+    for text in ["#1=5 (a (b) + 1", "#1=[5 (a (b) + 1]", "#1=5 + (a (1) + 2) 1"] {
+        BEGUN.refused(&format!("{text}\nG1 X1\n"), "a comment in a comment");
+    }
+}
+
+/// LinuxCNC: `o#1 call`.
+#[test]
+fn a_subroutine_by_a_computed_number() {
+    const SUB: &str = "O200 SUB\nG1 X[#1+20]\nO200 ENDSUB\n#1=200\n";
+    let ends = [('L', [30.0, 0.0, 5.0]), ('L', [40.0, 0.0, 5.0])];
+    BEGUN.assert_way(&format!("{SUB}O#1 CALL [10]\no [#1 - 1 + 1] call [#1/10]\n"), &ends);
+    // 2.01 times 100 is 200.99999999999997.
+    BEGUN.refused("O[2.01*100] CALL [10]\n", "O<201> is not in this file");
+    BEGUN.refused(&format!("{SUB}O[#1+1] CALL [10]\n"), "O<201> is not in this file");
+    BEGUN.refused(&format!("{SUB}O[#1+0.5] CALL [10]\n"), "O200.5 CALL: expected a whole number");
+    BEGUN.refused(&format!("{SUB}O#1 IF [1]\nO#1 ENDIF\n"), "with CALL alone");
+    BEGUN.refused("O#2 CALL [10]\n", "#2 is read, and the program has not set it");
+}
+
+/// A loop whose condition cannot be read is told once, and its body is passed over.
+#[test]
+fn a_loop_with_a_condition_that_is_not_known() {
+    for text in
+        ["WHILE [#2001 LT 5] DO1\n#2001=#2001+1\nEND1\n", "O1 WHILE [#2001 LT 5]\nO1 ENDWHILE\n"]
+    {
+        let found = BEGUN.run(text).unwrap_err();
+        assert!(found.len() == 1 && found[0].what.contains("#2001 is read"), "{found:?}");
+    }
 }
 
 #[test]

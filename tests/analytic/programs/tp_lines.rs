@@ -1,0 +1,222 @@
+//! Fanuc TP: lines that are refused or a doubt by their name, and the causes that messages name.
+
+use detune::motion::Target;
+use detune::notes::{Class, Code, Note};
+use detune::program::{Assumed, Dialect, Program, SetBy, Setter, Settings, read};
+
+use super::support::{assert_ends, at, pose, settings};
+
+type Read = Result<Program, Vec<Note>>;
+
+const MOVE: &str = "L P[2] 9mm/sec FINE ;\n";
+
+fn point(number: u32, [x, y, z]: [f64; 3], own: &str) -> String {
+    format!(
+        "P[{number}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n {own}X = {x} mm, {own}Y = {y} mm, \
+         {own}Z = {z} mm, {own}W = 180 deg, {own}P = 0 deg, {own}R = 0 deg\n}};\n"
+    )
+}
+
+/// P[1] to P[4] are corners of a square of 100 mm, P[5] is of a stationary tool; statements from
+/// line 6 on.
+fn with(statements: &str, job: &Settings) -> Read {
+    let corners = [(1, 0.0, 0.0), (2, 100.0, 0.0), (3, 100.0, 100.0), (4, 0.0, 100.0)];
+    let points = corners.map(|(number, x, y)| point(number, [x, y, 0.0], "")).concat();
+    let text = format!(
+        "/PROG T\n/MN\nUFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\nL P[1] 100mm/sec FINE ;\n{statements}/POS\n{points}{}/END\n",
+        point(5, [0.0; 3], "R")
+    );
+    let mut found = read(text.as_bytes(), Dialect::Fanuc, job)?;
+    found.moves.remove(0);
+    Ok(found)
+}
+
+fn job(assumed: &[(&str, f64)]) -> Settings {
+    let mut job = settings();
+    let upright = [1.0, 0.0, 0.0, 0.0];
+    job.base_frames.insert(1, pose([1000.0, 0.0, 0.0], upright));
+    job.tool_frames.insert(1, pose([0.0, 0.0, 150.0], upright));
+    let given = assumed.iter().map(|(name, value)| ((*name).to_owned(), Assumed::Number(*value)));
+    job.assume.extend(given);
+    job
+}
+
+fn tp(statements: &str) -> Read {
+    with(statements, &job(&[]))
+}
+
+#[track_caller]
+fn moves(found: &Read) -> usize {
+    found.as_ref().unwrap_or_else(|found| panic!("{found:?}")).moves.len()
+}
+
+/// The message of the one error.
+#[track_caller]
+fn refused(found: Read, line: usize, said: &str) -> String {
+    let found = found.expect_err(said);
+    assert_eq!((at(&found[0]), found.len()), (line, 1), "{found:?}");
+    assert!(found[0].what.contains(said), "{said}: {found:?}");
+    found[0].what.clone()
+}
+
+#[track_caller]
+fn told(found: &Read, code: Code) -> Vec<usize> {
+    let found = found.as_ref().unwrap_or_else(|found| panic!("{found:?}"));
+    found.warnings.iter().filter(|note| note.code == code).map(at).collect()
+}
+
+/// A move that is made unless a condition holds.
+fn unless(condition: &str) -> String {
+    format!("IF {condition},JMP LBL[1] ;\n{MOVE}LBL[1] ;\n")
+}
+
+#[test]
+fn a_line_has_one_instruction() {
+    for (line, own) in [
+        ("L P[2] 9mm/sec FINE ; L P[3] 9mm/sec FINE ;", "L P[3] 9mm/sec FINE"),
+        ("R[1]=1 ; CALL FOO ;", "CALL FOO"),
+    ] {
+        refused(tp(&format!("{line}\n{MOVE}")), 6, &format!("'{own}' stands behind the ';' of"));
+    }
+    // A remark goes on to the end of its line.
+    for line in [
+        "R[1]=1 ; ! sets ; UFRAME_NUM=2 ;",
+        "! sets ; UFRAME_NUM=2 ;",
+        "! use ; R[1]=5 for speed ;",
+        "! x ; OFFSET CONDITION PR[1] ;",
+        "//L P[3] 9mm/sec FINE ; L P[4] 9mm/sec FINE ;",
+    ] {
+        let found = tp(&format!("{line}\n{MOVE}"));
+        assert_eq!((moves(&found), told(&found, Code::MotionLeftOut)), (1, vec![6]), "{line}");
+    }
+    let text = tp(&format!("CALL MSG('Wait; go') ;\nSR[1]='a;b' ;\n{MOVE}"));
+    assert!(text.is_ok_and(|found| found.moves.len() == 1));
+    for line in [
+        "R[1]=1 ; ! sets ; frames",
+        "R[1]=1 ; // L P[9] 9mm/sec FINE ;",
+        "//R[1]=1 ; //R[2]=2 ;",
+        "! a ; b ;",
+        "MESSAGE[wait; go] ;",
+        "R[1:a;b]=1 ; ;",
+    ] {
+        let found = tp(&format!("{line}\n{MOVE}"));
+        assert_eq!((moves(&found), told(&found, Code::MotionLeftOut)), (1, vec![]), "{line}");
+    }
+    // A remark behind an instruction holds from nowhere.
+    let what = Setter::Comment("SPINDLE".to_owned());
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..job(&[]) };
+    let found = with(&format!("R[1]=1 ; ! SPINDLE 9000 ;\n{MOVE}"), &job);
+    assert_eq!(told(&found, Code::SpindleCommand), [6]);
+}
+
+#[test]
+fn frames_0_are_fixed_and_a_bare_frame_sets_nothing() {
+    let set = |list: &str| tp(&format!("PR[1]=P[2] ;\n{list}=PR[1] ;\n"));
+    refused(set("UTOOL[0]"), 7, "UTOOL[0] cannot be set: it is the flange");
+    refused(set("UFRAME[0]"), 7, "UFRAME[0] cannot be set: it is the robot's base frame");
+    assert!(set("UTOOL[2]").is_ok());
+    refused(tp("UTOOL[2] ;\n"), 6, "UTOOL[2] sets nothing: expected UTOOL[2]=PR[n]");
+}
+
+#[test]
+fn a_stationary_tool_is_refused_by_its_name() {
+    let said = "a stationary tool (remote TCP) is not supported";
+    refused(tp("L P[2] 9mm/sec FINE RTCP ;\n"), 6, said);
+    refused(tp("L P[5] 9mm/sec FINE ;\n"), 6, said);
+}
+
+#[test]
+fn soft_servos_and_variables_of_motion_are_doubts() {
+    let doubts = |line: &str| {
+        let found = tp(&format!("{line} ;\n{MOVE}")).unwrap_or_else(|found| panic!("{found:?}"));
+        let all = found.warnings.into_iter().filter(|note| at(note) == 6);
+        all.map(|note| (note.code, note.code.class() == Class::Doubt)).collect::<Vec<_>>()
+    };
+    assert_eq!(doubts("SOFTFLOAT[1]"), [(Code::MotionLeftOut, true)]);
+    assert_eq!(doubts("SOFTFLOAT [1]"), [(Code::MotionLeftOut, true)]);
+    assert_eq!(doubts("SOFTFLOAT END"), []);
+    for name in ["$SCR_GRP[1].$X", "$MCR.$X", "$GROUP[1].$X"] {
+        assert_eq!(doubts(&format!("{name}=1")), [(Code::ChangeIgnored, true)], "{name}");
+    }
+    assert_eq!(doubts("$SHELL_CFG.$X=1"), [(Code::LeftOut, false)]);
+    assert_eq!(doubts("$WAITTMOUT=200"), []);
+}
+
+/// Three points in a row are one circle, whatever is said between them.
+#[test]
+fn remarks_between_the_points_of_an_arc_change_nothing() {
+    let arc = |between: &str| {
+        let text = format!(
+            "A P[2] 9mm/sec CNT100 ;\n{between}A P[3] 9mm/sec CNT100 ;\n{between}A P[4] 9mm/sec FINE ;\n"
+        );
+        let found = tp(&text).unwrap_or_else(|found| panic!("{found:?}"));
+        found.moves.into_iter().map(|own| own.to).collect::<Vec<_>>()
+    };
+    let whole = arc("");
+    assert!(matches!(whole[1..], [Target::Arc { .. }, Target::Arc { .. }]), "{whole:?}");
+    for between in ["! on ;\n", " ;\n", "// A P[1] 9mm/sec CNT100 ;\n"] {
+        assert_eq!(arc(between), whole, "{between}");
+    }
+}
+
+#[test]
+fn a_value_that_is_not_known_names_what_it_rests_on() {
+    for (set, asked, hint) in [
+        ("R[10]=GI[2]", "R[10]<170", "{\"GI[2]\": …} in the job can give it"),
+        (
+            "R[10]=GI[2]*2+AI[3]",
+            "R[10]<170",
+            "{\"GI[2]\": …, \"AI[3]\": …} in the job can give them",
+        ),
+        ("R[9]=GI[2] ;\nR[10]=R[9]+R[9]", "R[10]<170", "{\"GI[2]\": …} in the job can give it"),
+        ("R[10]=R[R[5]]", "R[10]<170", "{\"R[5]\": …}"),
+        ("F[1]=(DI[9] AND R[3]=1)", "F[1]", "{\"DI[9]\": …, \"R[3]\": …}"),
+        ("GO[1]=R[5]+1", "GO[1]=3", "{\"R[5]\": …}"),
+        ("R[1]=5", "R[2]>R[3]", "{\"R[2]\": …, \"R[3]\": …}"),
+        ("R[1]=5 ;\nIF DI[7],R[1]=3", "R[1]=3", "{\"DI[7]\": …}"),
+    ] {
+        let line = 7 + set.lines().count() - 1;
+        refused(tp(&format!("{set} ;\n{}", unless(asked))), line, &format!("assume: {hint}"));
+    }
+    let text = format!("R[10]=GI[2] ;\n{}", unless("R[10]<170"));
+    let of = |value| moves(&with(&text, &job(&[("gi[2]", value)])));
+    assert_eq!((of(338.0), of(100.0)), (1, 0));
+    // One that nothing in the job settles is told alone.
+    let text = format!("DO[1]=PULSE,0.5sec ;\nR[1]=GI[1]+DO[1] ;\n{}", unless("R[1]=3"));
+    let what = refused(tp(&text), 8, "R[1] is set to what is known only at run time: it is pulsed");
+    assert!(!what.contains("assume"), "{what}");
+    refused(tp(&format!("R[1]=GI[1]/0 ;\n{}", unless("R[1]=3"))), 7, "division by zero");
+    let what = refused(tp(&format!("R[1]=R[2]+SIN[ ;\n{}", unless("R[1]=3"))), 7, "has no ']'");
+    assert!(!what.contains("assume"), "{what}");
+    let number = with(&unless("DI[1]"), &job(&[("di[1]", 1.0)]));
+    refused(number, 6, "DI[1] is the number 1, expected ON or OFF");
+}
+
+#[test]
+fn an_offset_that_is_not_known_names_what_it_rests_on() {
+    let zero: String = (2..=6).map(|index| format!("PR[10,{index}]=0 ;\n")).collect();
+    let text = format!("PR[10,1]=R[1]*R[4] ;\n{zero}L P[2] 9mm/sec FINE Offset,PR[10] ;\n");
+    let hint = "assume: {\"R[1]\": …, \"R[4]\": …} in the job can give them";
+    refused(tp(&text), 12, hint);
+    refused(with(&text, &job(&[("pr[10]", 0.0)])), 12, hint);
+    let given = with(&text, &job(&[("r[1]", 2.0), ("r[4]", 15.0)])).unwrap();
+    assert_ends(&given, &[('L', [1130.0, 0.0, 0.0])]);
+    // With what the program does not set, and through a copy.
+    let part = "PR[10,1]=R[1] ;\nL P[2] 9mm/sec FINE Offset,PR[10] ;\n";
+    refused(tp(part), 7, "{\"R[1]\": …, \"PR[10,2]\": …, \"PR[10,3]\": …, \"PR[10,4]\": …");
+    let copied = text.replace("PR[10] ;", "PR[11] ;").replace("L P", "PR[11]=PR[10] ;\nL P");
+    refused(tp(&copied), 13, hint);
+    let part = "PR[10,1]=R[1] ;\nPR[11]=PR[10] ;\nL P[2] 9mm/sec FINE Offset,PR[11] ;\n";
+    refused(tp(part), 8, "{\"R[1]\": …, \"PR[10,2]\": …, \"PR[10,3]\": …");
+}
+
+/// The message does not grow with every pass.
+#[test]
+fn registers_that_are_set_to_each_other_in_a_loop_have_one_cause() {
+    let pass = "PR[1]=PR[2] ;\nPR[2]=PR[1] ;\nIF R[2]>0,R[2]=3 ;\nR[3]=R[2] ;\nR[2]=R[3] ;\n";
+    let text = format!("FOR R[1]=1 TO 50 ;\n{pass}ENDFOR ;\n");
+    let what = refused(tp(&format!("{text}L PR[1] 9mm/sec FINE ;\n")), 13, "PR[2] is known only");
+    assert!(what.len() < 400, "{what}");
+    let what = refused(tp(&format!("{text}{}", unless("R[3]>0"))), 13, "R[3] is set to what");
+    assert!(what.len() < 400, "{what}");
+}
