@@ -12,7 +12,8 @@ pub(super) fn behind_comment(bytes: &[u8], from: usize) -> Result<usize, String>
         let behind = rest.trim_ascii_start();
         match behind.first() {
             // No word depends on where it ends.
-            None | Some(b';') => break,
+            None => break,
+            Some(b';') if !behind.contains(&b')') => break,
             Some(b')') => at += rest.len() - behind.len() + 1,
             Some(_) => {
                 return Err("a comment in a comment: controllers differ in where it ends".into());

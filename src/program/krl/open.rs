@@ -163,6 +163,11 @@ impl<'a> Run<'a> {
     fn open_unread(&mut self, line: usize, name: &'a str, args: &'a [Option<Expr>]) -> bool {
         match name {
             "pulse" => self.pulse(args),
+            // A function there has been looked at, and may set anything.
+            "wait for"
+                if functions_in(args.iter().flatten().collect())
+                    .iter()
+                    .any(|(own, _)| self.file.functions.contains_key(*own)) => {}
             "wait for" => {
                 let values: Vec<Value> =
                     args.iter().map(|arg| self.argument(arg.as_ref())).collect();

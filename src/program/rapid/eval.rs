@@ -137,6 +137,7 @@ impl<'a> Interpreter<'a> {
                 let own = own.filter(|_| path.is_whole() && known.is_none());
                 if let Some(own) = &own {
                     self.keep_own_value(&path.name, own);
+                    self.doubt_undeclared(&path.name, own);
                 }
                 return match known.or(own) {
                     Some(known) => known,

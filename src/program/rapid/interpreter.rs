@@ -175,6 +175,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) set_anew: HashSet<&'a str>,
     /// Data of the module that traps set which the program does not connect.
     pub(super) elsewhere: HashSet<&'a str>,
+    /// Data that no file declares, read as the program has set them.
+    pub(super) believed: HashSet<&'a str>,
     /// Traps that may run, with the names of their interrupts.
     pub(super) connected: Vec<(Option<&'a str>, &'a Trap)>,
     /// Whether the job's tcp and work object stand for data that no file declares, and not for
@@ -264,6 +266,7 @@ impl<'a> Interpreter<'a> {
             trapped: HashMap::new(),
             set_anew: HashSet::new(),
             elsewhere: HashSet::new(),
+            believed: HashSet::new(),
             connected: Vec::new(),
             stands_for: Named::default(),
             gripped: Ok(None),

@@ -5,6 +5,7 @@ use super::interpreter::Interpreter;
 use super::syntax::{File, Name, Path, Step};
 use super::value::{Value, initial};
 use super::why::{COPY, FILE, Why};
+use crate::notes::Code;
 
 impl<'a> Interpreter<'a> {
     /// Why a name that no file declares has no value.
@@ -39,6 +40,20 @@ impl<'a> Interpreter<'a> {
             }
         }
         Value::Unknown(why.part(&shown_steps(path, &way).concat()))
+    }
+
+    /// What the program has set a datum to that no file declares: others may set it besides, unlike
+    /// places and frames, mostly.
+    pub(super) fn doubt_undeclared(&mut self, name: &'a Name, value: &Value) {
+        let is_single = matches!(value, Value::Num(_) | Value::Bool(_) | Value::Text(_));
+        if is_single && self.believed.insert(&name.key) {
+            let what = format!(
+                "{}: it is taken as the program has set it, and other tasks and error handlers may \
+                 set it besides; {FILE}",
+                undeclared(name)
+            );
+            self.log.warning(Code::MotionLeftOut, self.line, what);
+        }
     }
 
     /// What is in no file may set data that are declared in none: these may be of one module.

@@ -103,7 +103,13 @@ fn comments_in_comments_end_where_every_controller_ends_them() {
     BEGUN.assert_way("G1 X1 (a (b) ; c\n", &second);
     // In expressions, too.
     BEGUN.assert_way("#1=1 (a (b))\nG1 X#1 (a (b)\n", &second);
-    for text in ["#1=5 (a (b) + 1", "#1=[5 (a (b) + 1]", "#1=5 + (a (1) + 2) 1"] {
+    for text in [
+        "(a (b) ; ) G1 X9",
+        "#1=5 (a (b) ; ) + 40",
+        "#1=5 (a (b) + 1",
+        "#1=[5 (a (b) + 1]",
+        "#1=5 + (a (1) + 2) 1",
+    ] {
         BEGUN.refused(&format!("{text}\nG1 X1\n"), "a comment in a comment");
     }
 }
