@@ -12,12 +12,14 @@ use super::hypothesis::Hypothesis;
 use super::problem::{Evaluation, Problem};
 use super::statistics::relative_error;
 
-/// Folds of the cross-validation: five or ten are a good compromise of bias and scatter (Hastie,
-/// Tibshirani & Friedman, The Elements of Statistical Learning, 2nd ed., 7.10.1).
+/// Folds of the cross-validation of a table of many tests: five or ten are a good compromise of
+/// bias and scatter (Hastie, Tibshirani & Friedman, The Elements of Statistical Learning, 2nd ed.,
+/// 7.10.1).
 const FOLDS: usize = 5;
 
-/// Of so few tests each is left out alone.
-const ALONE: usize = 8;
+/// And of so few tests: of a fifth fewer a model learns much less.
+const FEW: usize = 24;
+const FOLDS_OF_FEW: usize = 8;
 
 /// Resamples of the poses for the interval of the gain.
 const RESAMPLES: usize = 1000;
@@ -68,12 +70,13 @@ pub(super) fn held_out(
     HeldOut { before, after }
 }
 
-/// By row the fold that leaves it out, and how many folds there are, of many tests so many: a state
-/// is left out as a whole, and where the noise drifts, what was measured in succession is.
-pub(super) fn folds_of(data: &Data, folds: usize, seed: u64) -> (Vec<usize>, usize) {
+/// By row the fold that leaves it out, and how many folds there are, `of_many` where there are many
+/// tests: a state is left out as a whole, and where the noise drifts, what was measured in
+/// succession is.
+pub(super) fn folds_of(data: &Data, of_many: usize, seed: u64) -> (Vec<usize>, usize) {
     let tests = data.tests();
     let count = data.test_count();
-    let folds = if count <= ALONE { count } else { folds };
+    let folds = if count > FEW { of_many } else { FOLDS_OF_FEW.min(count) };
     let mut order: Vec<usize> = (0..count).collect();
     let mut fold_of_test = vec![0; count];
     if data.shape.drift > 0.0 {

@@ -12,7 +12,8 @@ use super::outcome::{Gain, WithoutCause};
 use super::statistics::{relative_error, rms};
 use crate::units::percent_from_ratio;
 
-/// More than a choice of causes has: of a fifth fewer poses a process knows much less.
+/// Of many tests, more than a choice of causes has: of a fifth fewer poses a process knows much
+/// less.
 const FOLDS: usize = 8;
 
 /// The correction of a model whose error no cause explains; `None` where it does not surely gain at
