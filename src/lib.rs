@@ -132,6 +132,7 @@
 //!
 //! [`guide::library`] shows a whole check.
 
+// Fuzzers compile the readers and what these import alone: a fifth of the work.
 #[cfg(not(fuzzing))]
 pub mod advice;
 #[cfg(not(fuzzing))]

@@ -353,7 +353,8 @@ impl<'a> Run<'a> {
             );
             self.log.warning(Code::MotionLeftOut, line, what);
         }
-        if first.starts_with("SOFTFLOAT") && !next.starts_with("END") {
+        let is_end = first == "SOFTFLOAT" && next.starts_with("END");
+        if first.starts_with("SOFTFLOAT") && !is_end {
             let what = format!(
                 "'{}' softens the servos: the arm gives way to forces, and leaves the programmed \
                  path by what is not read",

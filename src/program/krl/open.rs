@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
             What::Trigger(action) => self.trigger(line, action.as_deref()),
             What::Call(name, args) => match self.file.routine(name) {
                 Some(routine) => return self.open_call(open, line, (name, routine), args),
-                None => return self.open_unread(line, name, args),
+                None => return self.open_unread((line, open.why), name, args),
             },
             What::Assign(path, _)
                 if is_without_effect(&path.name) || !path.name.starts_with('$') =>
@@ -160,14 +160,20 @@ impl<'a> Run<'a> {
     }
 
     /// A statement of the controller, or a routine that is in no file.
-    fn open_unread(&mut self, line: usize, name: &'a str, args: &'a [Option<Expr>]) -> bool {
+    fn open_unread(
+        &mut self,
+        (line, why): (usize, &str),
+        name: &'a str,
+        args: &'a [Option<Expr>],
+    ) -> bool {
         match name {
             "pulse" => self.pulse(args),
-            // A function there has been looked at, and may set anything.
-            "wait for"
-                if functions_in(args.iter().flatten().collect())
-                    .iter()
-                    .any(|(own, _)| self.file.functions.contains_key(*own)) => {}
+            // What it gives depends on the passes, and so does what holds then.
+            "wait for" if self.asks_routines(args) => {
+                for path in paths_in(args.iter().flatten().collect()) {
+                    self.forget_under(path, why);
+                }
+            }
             "wait for" => {
                 let values: Vec<Value> =
                     args.iter().map(|arg| self.argument(arg.as_ref())).collect();
@@ -179,6 +185,11 @@ impl<'a> Run<'a> {
             _ => self.not_read(line, name, args),
         }
         true
+    }
+
+    fn asks_routines(&self, args: &[Option<Expr>]) -> bool {
+        let asked = functions_in(args.iter().flatten().collect());
+        asked.iter().any(|(name, _)| self.file.functions.contains_key(*name))
     }
 
     /// A routine of the files: what it may set is known no longer, whatever it is given.

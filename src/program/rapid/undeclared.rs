@@ -42,8 +42,8 @@ impl<'a> Interpreter<'a> {
         Value::Unknown(why.part(&shown_steps(path, &way).concat()))
     }
 
-    /// What the program has set a datum to that no file declares: others may set it besides, unlike
-    /// places and frames, mostly.
+    /// A number, truth value or string is used that the program has set and no file declares:
+    /// others may set it besides.
     pub(super) fn doubt_undeclared(&mut self, name: &'a Name, value: &Value) {
         let is_single = matches!(value, Value::Num(_) | Value::Bool(_) | Value::Text(_));
         if is_single && self.believed.insert(&name.key) {

@@ -161,13 +161,13 @@ pub(super) fn reached_from<'a>(
 /// Types of one number, truth value or text.
 pub(super) const PLAIN: [&str; 5] = ["num", "dnum", "bool", "byte", "string"];
 
-/// Persistent data of one number, truth value or text that no statement of the files may set, by
-/// name in lower case: other tasks, or people, set them.
+/// Persistent data that no statement of the files may set, by name in lower case: other tasks, or
+/// people, set them.
 pub(super) fn set_by_others(file: &File) -> HashSet<&str> {
     let mut found: HashSet<&str> = file
         .data
         .iter()
-        .filter(|(_, data)| data.is_persistent && PLAIN.contains(&data.kind.as_str()))
+        .filter(|(_, data)| data.is_persistent)
         .map(|(key, _)| key.as_str())
         .collect();
     let routines = file.procedures.values().chain(file.functions.values());

@@ -45,6 +45,9 @@ fn open(branch: &str, asked: &str, routines: &str) -> Read {
     with(&body, &settings())
 }
 
+/// A function that sets what it is given.
+const BY_REFERENCE: &str = "\nEND\nDEFFCT BOOL F(x:OUT)\nINT x\nx=5\nRETURN TRUE\nENDFCT\nDEF A()";
+
 #[test]
 fn loops_and_calls_without_motion_are_read_in_an_open_branch() {
     for (branch, routines) in [
@@ -73,6 +76,8 @@ fn loops_and_calls_without_motion_are_read_in_an_open_branch() {
         ("WHILE $IN[4]\nA($OUT[n])\nn=n-1\nENDWHILE", "$OUT[1]", "\nEND\nDEF A(x)\nBOOL x\nx=TRUE"),
         ("WHILE $IN[4]\nPULSE($OUT[n],TRUE,1)\nn=n-1\nENDWHILE", "$OUT[1]", ""),
         ("A(1)", "$OUT[1]", "\nEND\nDEF A(x)\nINT x\n$OUT[x]=TRUE"),
+        ("WAIT FOR F(n)", "n==5", BY_REFERENCE),
+        ("WAIT FOR F(k) AND (n==4)", "n==5", BY_REFERENCE),
     ] {
         let found = open(branch, asked, routines).expect_err(branch);
         assert!(found.len() == 1 && at(&found[0]) > 8, "{branch}: {found:?}");

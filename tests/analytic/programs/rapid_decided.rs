@@ -221,9 +221,11 @@ fn an_optional_parameter_passed_on_comes_back() {
 /// `assume` gives no elements and no strings.
 #[test]
 fn what_the_job_says_of_an_array_of_other_tasks_settles_nothing() {
-    for (data, asks) in
-        [("PERS num a{3}:=[1,2,3];", "a{1}=1"), ("PERS string a:=\"x\";", "a=\"x\"")]
-    {
+    for (data, asks) in [
+        ("PERS num a{3}:=[1,2,3];", "a{1}=1"),
+        ("PERS string a:=\"x\";", "a=\"x\""),
+        ("PERS pos a:=[1,2,3];", "a.x=1"),
+    ] {
         let body = format!("{MOVE}\nIF {asks} {NEXT}");
         let found = run(&body, data, &assuming("a", 7.0)).unwrap();
         assert_eq!(doubts(&found), [(Code::MotionLeftOut, 5)], "{data}");

@@ -134,6 +134,7 @@ fn soft_servos_and_variables_of_motion_are_doubts() {
     };
     assert_eq!(doubts("SOFTFLOAT[1]"), [(Code::MotionLeftOut, true)]);
     assert_eq!(doubts("SOFTFLOAT [1]"), [(Code::MotionLeftOut, true)]);
+    assert_eq!(doubts("SOFTFLOAT[2] END"), [(Code::MotionLeftOut, true)]);
     assert_eq!(doubts("SOFTFLOAT END"), []);
     for name in ["$SCR_GRP[1].$X", "$MCR.$X", "$GROUP[1].$X"] {
         assert_eq!(doubts(&format!("{name}=1")), [(Code::ChangeIgnored, true)], "{name}");
