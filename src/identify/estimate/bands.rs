@@ -6,7 +6,8 @@ use std::ops::Range;
 
 use super::Estimate;
 use super::block::{Block, Pole};
-use super::fit::{Noise, strongest};
+use super::fit::strongest;
+use super::noise::Noise;
 use super::peaks::divisions;
 
 /// Lines and starts from which on bands are worth it.

@@ -11,8 +11,9 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIter
 
 use super::block::{Block, C64, Pole};
 use super::given_noise::{self, Left};
-use super::noise;
+use super::noise::{self, Noise};
 use super::projection::{Projection, dot, products};
+use super::thinning::Thinned;
 use super::unexplained::{Unexplained, unexplained};
 
 /// How far a refinement goes.
@@ -39,9 +40,6 @@ pub(super) const NORMAL: Effort = Effort { steps: 30, negligible: 1e-3 };
 
 /// For what is reported.
 pub(super) const FULL: Effort = Effort { steps: 60, negligible: 1e-8 };
-
-/// Variance of the complex value of every line, by block and response.
-pub(super) type Noise = Vec<Vec<Vec<f64>>>;
 
 /// The fit of one response of one block.
 #[derive(Debug, Clone)]
@@ -137,14 +135,23 @@ impl Pair {
 
 /// Real rows of unit variance.
 pub(super) fn rows(line: &[C64], weights: &[f64]) -> Vec<f64> {
-    let real = line.iter().zip(weights).map(|(v, w)| v.re * w);
-    real.chain(line.iter().zip(weights).map(|(v, w)| v.im * w)).collect()
+    rows_of(line, weights).collect()
 }
 
-/// With these columns.
-pub(super) fn matrix(rows: usize, columns: Vec<Vec<f64>>) -> DMatrix<f64> {
-    let count = columns.len();
-    DMatrix::from_vec(rows, count, columns.concat())
+fn rows_of<'a>(line: &'a [C64], weights: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    let real = line.iter().zip(weights).map(|(v, w)| v.re * w);
+    real.chain(line.iter().zip(weights).map(|(v, w)| v.im * w))
+}
+
+/// Real rows of each of some columns.
+pub(super) fn matrix<'a>(
+    columns: impl Iterator<Item = &'a Vec<C64>>,
+    weights: &[f64],
+) -> DMatrix<f64> {
+    let columns: Vec<&Vec<C64>> = columns.collect();
+    let mut values = Vec::with_capacity(2 * weights.len() * columns.len());
+    columns.iter().for_each(|column| values.extend(rows_of(column, weights)));
+    DMatrix::from_vec(2 * weights.len(), columns.len(), values)
 }
 
 pub(super) fn weights(variances: &[f64]) -> Vec<f64> {
@@ -169,9 +176,7 @@ pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Optio
         let of_response = |(response, variances): (usize, &Vec<f64>)| {
             let weights = weights(variances);
             let columns = pairs.iter().flatten().flat_map(|pair| &pair.columns);
-            let columns: Vec<Vec<f64>> =
-                columns.chain(&background).map(|column| rows(column, &weights)).collect();
-            let projection = Projection::of(matrix(2 * weights.len(), columns));
+            let projection = Projection::of(matrix(columns.chain(&background), &weights));
             Share::new(block, (at, response), poles, &pairs, projection, &weights)
         };
         // In order, so that sums are the same however many threads there are.
@@ -245,13 +250,11 @@ fn changes(
     factors: &[f64],
     weights: &[f64],
 ) -> DMatrix<f64> {
-    let mut changes: Vec<Vec<f64>> = Vec::new();
-    for ((pairs, pole), (first, _)) in pairs.iter().zip(poles).zip(block.columns_of(poles)) {
-        for change in changes_of(pairs, pole, &factors[first..], weights.len()) {
-            changes.push(rows(&change, weights));
-        }
-    }
-    matrix(2 * weights.len(), changes)
+    let of_pole = |((pairs, pole), (first, _)): ((&Vec<Pair>, &Pole), (usize, bool))| {
+        changes_of(pairs, pole, &factors[first..], weights.len())
+    };
+    let poles = pairs.iter().zip(poles).zip(block.columns_of(poles));
+    matrix(poles.flat_map(of_pole).collect::<Vec<_>>().iter(), weights)
 }
 
 /// Change of a pole's share of a spectrum with both parts of each of its parameters; `factors` are
@@ -281,8 +284,42 @@ impl Fit {
         Some(Self { poles, noise, evaluation })
     }
 
-    /// Moves the poles to the least sum of squares nearby (Levenberg–Marquardt).
-    pub(super) fn refined(mut self, blocks: &[Block], effort: Effort) -> Self {
+    /// At the least sum of squares near these poles.
+    pub(super) fn near(
+        blocks: &[Block],
+        noise: Noise,
+        poles: Vec<Pole>,
+        effort: Effort,
+    ) -> Option<Self> {
+        /// Where a pole leaves its place, other lines are chosen.
+        const THINNINGS: usize = 3;
+        let mut poles = poles;
+        for _ in 0..THINNINGS {
+            let Some(thinned) = Thinned::of(blocks, &noise, &poles) else { break };
+            let fit = Self::at(&thinned.blocks, thinned.noise, poles.clone())?;
+            let moved = fit.descended(&thinned.blocks, effort).poles;
+            let is_near = |(old, new): (&Pole, &Pole)| {
+                (old.lambda - new.lambda).norm() < old.lambda.re.abs().min(new.lambda.re.abs())
+            };
+            let is_there = poles.iter().zip(&moved).all(is_near);
+            poles = moved;
+            if is_there {
+                break;
+            }
+        }
+        Some(Self::at(blocks, noise, poles)?.descended(blocks, effort))
+    }
+
+    /// Moves the poles to the least sum of squares nearby.
+    pub(super) fn refined(self, blocks: &[Block], effort: Effort) -> Self {
+        let near = Self::near(blocks, self.noise.clone(), self.poles.clone(), effort);
+        let is_better =
+            |near: &Self| near.evaluation.sum_of_squares <= self.evaluation.sum_of_squares;
+        near.filter(is_better).unwrap_or_else(|| self.descended(blocks, effort))
+    }
+
+    /// By Levenberg's and Marquardt's steps.
+    pub(super) fn descended(mut self, blocks: &[Block], effort: Effort) -> Self {
         let mut damping = 1e-3;
         for _ in 0..effort.steps {
             let Evaluation { normal, gradient, sum_of_squares, .. } = &self.evaluation;
@@ -415,9 +452,11 @@ impl Fit {
     }
 
     fn weighted_by(mut self, blocks: &[Block], noise: impl Fn(&Self) -> Noise) -> Self {
-        for _ in 0..3 {
-            let Some(fit) = Self::at(blocks, noise(&self), self.poles.clone()) else { return self };
-            self = fit.refined(blocks, FULL);
+        // Only with the last noise must the poles be exact.
+        for effort in [NORMAL, NORMAL, FULL] {
+            let near = Self::near(blocks, noise(&self), self.poles.clone(), effort);
+            let Some(fit) = near else { return self };
+            self = fit;
         }
         self
     }

@@ -17,8 +17,9 @@ pub(super) fn merged(blocks: &[Block], mut fit: Fit) -> Fit {
         };
         let mut poles = fit.poles.clone();
         poles.remove(smaller);
-        let Some(without) = Fit::at(blocks, fit.noise.clone(), poles) else { return fit };
-        fit = without.refined(blocks, NORMAL);
+        let without = Fit::near(blocks, fit.noise.clone(), poles, NORMAL);
+        let Some(without) = without else { return fit };
+        fit = without;
         is_rough = true;
     }
 }

@@ -30,6 +30,7 @@ mod projection;
 mod select;
 mod states;
 pub(super) mod subspace;
+mod thinning;
 mod unexplained;
 mod window;
 
@@ -181,7 +182,7 @@ fn in_bands(
     let together = |(band, (cut, fit)): (&Band, &(Vec<Block>, Fit))| {
         let mut poles = band.own(&fit.poles);
         poles.extend(band.held(&known));
-        let fit = Fit::at(cut, fit.noise.clone(), poles)?.refined(cut, fit::FULL).reweighted(cut);
+        let fit = Fit::near(cut, fit.noise.clone(), poles, fit::FULL)?.reweighted(cut);
         let is_linear = !has_twins(cut, &fit) && drift::drifting(cut, &fit).is_none();
         if is_linear || fits_together {
             let rival = Rival::of(cut, &fit).map(|rival| Rival { gain, ..rival });
@@ -202,7 +203,7 @@ fn with_own_drift(blocks: &[Block], fit: Fit) -> (Vec<Block>, Fit) {
     let instead = |blocks: &[Block], fit: &Fit, twin: usize| {
         let mut poles = fit.poles.clone();
         poles.remove(twin);
-        let without = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, fit::NORMAL);
+        let without = Fit::near(blocks, fit.noise.clone(), poles, fit::NORMAL)?;
         let (drifting, other, _) = drift::drifting(blocks, &without)?;
         let [with, left, alone] = [fit, &other, &without].map(|of| of.evaluation.sum_of_squares);
         (alone - left > MIN_FRACTION * (alone - with)).then_some((drifting, other))
@@ -222,7 +223,7 @@ fn determined(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
     while fit.covariance().is_none() {
         let mut poles = fit.poles.clone();
         poles.remove(select::weakest(blocks, &fit)?);
-        fit = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, fit::FULL);
+        fit = Fit::near(blocks, fit.noise.clone(), poles, fit::FULL)?;
     }
     Some(fit)
 }
@@ -297,8 +298,9 @@ fn drop_outside_band(blocks: &[Block], fit: &mut Fit) {
             true => poles.map(held).collect(),
             false => poles.filter(|pole| !is_outside(pole)).copied().collect(),
         };
-        let Some(other) = Fit::at(blocks, fit.noise.clone(), poles) else { return };
-        *fit = other.refined(blocks, fit::FULL);
+        let other = Fit::near(blocks, fit.noise.clone(), poles, fit::FULL);
+        let Some(other) = other else { return };
+        *fit = other;
     }
 }
 

@@ -2,6 +2,9 @@
 
 use crate::statistics::upper_median;
 
+/// Variance of the complex value of every line, by block and response.
+pub(super) type Noise = Vec<Vec<Vec<f64>>>;
+
 /// Noise below this fraction of the strongest line's power is rounding.
 const ROUNDING: f64 = 1e-24;
 

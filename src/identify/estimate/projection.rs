@@ -4,7 +4,7 @@
 //! modified Gram–Schmidt, twice where much is lost (Björck, Numerical Methods for Least Squares
 //! Problems, §2.4.5).
 
-use nalgebra::{Const, DMatrix, DMatrixView, DMatrixViewMut, DVector, Dyn, MatrixView};
+use nalgebra::{Const, DMatrix, DMatrixView, DMatrixViewMut, Dyn, MatrixView};
 
 /// Orthonormal columns that span the given ones.
 #[derive(Debug, Clone)]
@@ -103,32 +103,34 @@ impl Projection {
     /// `None` where the columns are nearly dependent.
     fn by_products(columns: &DMatrix<f64>) -> Option<Self> {
         /// What each column, of length one, has beside those before it: with less, digits are lost.
-        const INDEPENDENT: f64 = 1e-4;
+        const INDEPENDENT: f64 = 1e-6;
         /// What is left of columns in one another is as nothing, and once is enough.
         const ORTHOGONAL: f64 = 1e-12;
-        let norms = columns.column_iter().map(|column| column.norm());
-        let norms = DVector::from_iterator(columns.ncols(), norms);
-        let mut q = columns.clone();
-        for (mut column, norm) in q.column_iter_mut().zip(&norms) {
-            column /= *norm;
-        }
-        let mut r = DMatrix::from_diagonal(&norms);
+        let count = columns.ncols();
+        let mut q: Option<DMatrix<f64>> = None;
+        let mut r = DMatrix::identity(count, count);
         for _ in 0..2 {
-            let upper = products(&q).cholesky()?.l().transpose();
+            let given = q.as_ref().unwrap_or(columns);
+            let mut gram = products(given);
+            let norms = gram.diagonal().map(f64::sqrt);
+            gram.column_iter_mut().zip(&norms).for_each(|(mut column, norm)| column /= *norm);
+            gram.row_iter_mut().zip(&norms).for_each(|(mut row, norm)| row /= *norm);
+            let upper = gram.cholesky()?.l().transpose();
             // Not less, so that what is no number fails, too.
             if !upper.diagonal().iter().all(|left| *left > INDEPENDENT) {
                 return None;
             }
-            let identity = DMatrix::identity(columns.ncols(), columns.ncols());
-            let inverse = upper.solve_upper_triangular(&identity)?;
+            let mut inverse = upper.solve_upper_triangular(&DMatrix::identity(count, count))?;
             // What rounding leaves of the columns in one another grows with the square of R⁻¹.
             let lost = f64::EPSILON * inverse.norm_squared();
-            q = times_triangle(&q, &inverse);
-            r = upper * r;
+            inverse.row_iter_mut().zip(&norms).for_each(|(mut row, norm)| row /= *norm);
+            q = Some(times_triangle(given, &inverse));
+            r = upper * DMatrix::from_diagonal(&norms) * r;
             if lost < ORTHOGONAL {
                 break;
             }
         }
+        let q = q?;
         Some(Self { q, r })
     }
 
@@ -226,6 +228,8 @@ impl Projection {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::DVector;
+
     use super::*;
 
     fn column(rows: usize, of: impl Fn(f64) -> f64) -> Vec<f64> {

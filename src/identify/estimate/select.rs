@@ -8,10 +8,11 @@ use nalgebra::{Complex, DMatrix, DVector, DVectorView};
 use super::bands::Band;
 use super::block::{Block, Pole};
 use super::drift;
-use super::fit::{COARSE, Fit, NORMAL, first_noise, matrix, rows, weights};
+use super::fit::{COARSE, Fit, NORMAL, first_noise, matrix, weights};
 use super::impacts;
 use super::merge::of_one_mode;
 use super::noise;
+use super::thinning::Thinned;
 use super::unexplained::reaches;
 use crate::statistics::chi_squared_bound;
 
@@ -23,10 +24,9 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole], most: usize) -> Opti
     while fit.poles.len() < most {
         let noise = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
-        fit = Fit::at(blocks, noise, fit.poles.clone())?.refined(blocks, NORMAL);
+        fit = Fit::near(blocks, noise, fit.poles.clone(), NORMAL)?;
         if let Some(corrected) = impacts::corrected(blocks, &fit) {
-            let trial = Fit::at(&corrected, fit.noise.clone(), fit.poles.clone())?
-                .refined(&corrected, NORMAL);
+            let trial = Fit::near(&corrected, fit.noise.clone(), fit.poles.clone(), NORMAL)?;
             if trial.evaluation.sum_of_squares < fit.evaluation.sum_of_squares {
                 blocks.clone_from_slice(&corrected);
                 fit = trial;
@@ -78,13 +78,14 @@ fn supported(blocks: &[Block], starts: &[Pole], most: usize) -> Option<Fit> {
             poles.push(*start);
         }
     }
-    let mut fit = Fit::at(blocks, first_noise(blocks), poles)
-        .filter(|fit| has_room(blocks, &fit.poles))?
-        .refined(blocks, COARSE);
+    if !has_room(blocks, &poles) {
+        return None;
+    }
+    let mut fit = Fit::near(blocks, first_noise(blocks), poles, COARSE)?;
     let stays = |pole: &&Pole| starts.iter().any(|start| is_from(pole, start));
     let kept: Vec<Pole> = fit.poles.iter().filter(stays).copied().collect();
     if kept.len() < fit.poles.len() {
-        fit = Fit::at(blocks, fit.noise.clone(), kept)?.refined(blocks, COARSE);
+        fit = Fit::near(blocks, fit.noise.clone(), kept, COARSE)?;
     }
     let required = required_gain(blocks);
     // A loss is less when the others have moved.
@@ -94,7 +95,7 @@ fn supported(blocks: &[Block], starts: &[Pole], most: usize) -> Option<Fit> {
         let Some(least) = least.filter(|&least| losses[least] < required) else { break };
         let mut poles = fit.poles.clone();
         poles.remove(least);
-        fit = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, COARSE);
+        fit = Fit::near(blocks, fit.noise.clone(), poles, COARSE)?;
     }
     Some(fit)
 }
@@ -166,7 +167,7 @@ fn bent(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<Block>
     if new == 0 || !has_room(&bent, &fit.poles) {
         return None;
     }
-    let other = Fit::at(&bent, fit.noise.clone(), fit.poles.clone())?.refined(&bent, NORMAL);
+    let other = Fit::near(&bent, fit.noise.clone(), fit.poles.clone(), NORMAL)?;
     let gain = |of: &Fit, required: f64| {
         fit.evaluation.sum_of_squares - of.evaluation.sum_of_squares - required
     };
@@ -315,7 +316,7 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     }
     // Only what a coarse refinement brings near the gain is refined further.
     let (_, poles) = best.filter(|(gain, _)| *gain > 0.4 * required)?;
-    let best = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, NORMAL);
+    let best = Fit::near(blocks, fit.noise.clone(), poles, NORMAL)?;
     let gain = fit.evaluation.sum_of_squares - best.evaluation.sum_of_squares;
     (gain > required && !is_split(&best)).then_some(best)
 }
@@ -337,8 +338,13 @@ fn tried(
     };
     let mut poles = fit.poles.clone();
     poles.push(pole);
+    if let Some(Thinned { blocks: few, noise }) = Thinned::of(blocks, &fit.noise, &poles) {
+        let without = Fit::at(&few, noise.clone(), fit.poles.clone())?;
+        let trial = Fit::at(&few, noise, poles)?.descended(&few, effort);
+        return (!is_left(&trial)).then(|| (gain(&without, &trial), trial.poles));
+    }
     let Some((band, cut)) = about(blocks, fit, &pole) else {
-        let trial = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, effort);
+        let trial = Fit::near(blocks, fit.noise.clone(), poles, effort)?;
         return (!is_left(&trial)).then(|| (gain(fit, &trial), trial.poles));
     };
     let noise = band.cut_noise(blocks, &fit.noise);
@@ -348,7 +354,7 @@ fn tried(
     near.extend(band.held(&fit.poles));
     let without = Fit::at(&cut, noise.clone(), near.clone())?;
     near.push(pole);
-    let trial = Fit::at(&cut, noise, near)?.refined(&cut, effort);
+    let trial = Fit::near(&cut, noise, near, effort)?;
     let moved = own
         .into_iter()
         .zip(&trial.poles)
@@ -428,8 +434,7 @@ fn linear_gains(blocks: &[Block], fit: &Fit, poles: &[Pole]) -> Vec<f64> {
         for part in fit.evaluation.parts.iter().filter(|part| part.block == at) {
             let weights = weights(&fit.noise[at][part.response]);
             let lines = part.residual.len();
-            let columns = pairs.iter().map(|column| rows(column, &weights)).collect();
-            let mut columns = matrix(lines, columns);
+            let mut columns = matrix(pairs.iter(), &weights);
             let before: Vec<f64> = columns.column_iter().map(|own| own.norm_squared()).collect();
             part.projection.remove_from_all(&mut columns);
             let along = columns.tr_mul(&DVectorView::from_slice(&part.residual, lines));

@@ -35,7 +35,7 @@ impl Rival {
             None => Some(super::hann::length_s(&block.omega)?),
         };
         let other = [Block { origin: Origin::Responses { hann_s }, ..block.clone() }];
-        let rival = Fit::at(&other, fit.noise.clone(), fit.poles.clone())?.refined(&other, NORMAL);
+        let rival = Fit::near(&other, fit.noise.clone(), fit.poles.clone(), NORMAL)?;
         let [own, others] = [fit, &rival].map(|of| of.evaluation.sum_of_squares);
         // What is left near the modes, over what the noise is taken for.
         let left = |(blocks, fit): (&[Block], &Fit)| -> f64 {
