@@ -3,6 +3,8 @@
 //!
 //! Lengths in mm in the work object; the tool axis points from the work to the spindle.
 
+use std::collections::HashMap;
+
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::arc::{self, Arc};
@@ -95,6 +97,8 @@ pub(super) struct Cutter<'a> {
     is_unmeasured: bool,
     /// The last move to a place that is not known in full: its line, and what is not.
     partly: Option<(usize, String)>,
+    /// What is said of lines of moves at feed that are refused because the place is not known.
+    lost: HashMap<usize, String>,
     /// The last move to where the program does not say: its line, and how.
     left: Option<(usize, String)>,
 }
@@ -121,6 +125,7 @@ impl<'a> Cutter<'a> {
             is_second: false,
             is_unmeasured: false,
             partly: None,
+            lost: HashMap::new(),
             left: None,
         }
     }
@@ -495,10 +500,16 @@ impl<'a> Cutter<'a> {
         self.log.warning(Code::MotionLeftOut, line, what);
     }
 
-    /// A move at feed while the place is not known is cutting that would be lost.
-    pub(super) fn unknown(&self) -> String {
+    /// A move at feed while the place is not known is cutting that would be lost. Of a line that a
+    /// loop runs again, where it may be other axes, the same is said, which is kept once.
+    pub(super) fn unknown(&mut self, line: usize) -> String {
         let unknown = self.unknown_axes();
-        format!("a move at feed while {unknown} not known; state X, Y and Z by rapid moves before")
+        let what = || {
+            format!(
+                "a move at feed while {unknown} not known; state X, Y and Z by rapid moves before"
+            )
+        };
+        self.lost.entry(line).or_insert_with(what).clone()
     }
 
     /// `X and Y are`.

@@ -32,6 +32,9 @@ pub(super) struct Cycle {
 /// A feed in a turn beyond this is a feed a minute, or something else.
 const MAX_PER_REVOLUTION_MM: f64 = 5.0;
 
+/// A feed a minute below this is a clearance, or something else.
+const MIN_PER_MINUTE_MM: f64 = 10.0;
+
 /// Heights that differ by no more are one.
 const SAME_HEIGHT_MM: f64 = 1e-6;
 
@@ -41,6 +44,14 @@ const UNITS: [&str; 6] = ["MMPM", "IPM", "MMPR", "IPR", "PERMIN", "PERREV"];
 const BEHIND_UNIT: &str = "behind the unit of the feed stands the clearance alone, or in a file \
      with Creo's header the clearance and the step of a deep hole; write DEPTH, CLEAR, STEP and \
      the unit before the feed";
+
+/// Whether a number, in mm, is as large as feeds of its kind are.
+fn may_be_feed(kind: FeedKind, mm: f64) -> bool {
+    match kind {
+        FeedKind::PerRevolution => mm <= MAX_PER_REVOLUTION_MM,
+        _ => mm >= MIN_PER_MINUTE_MM,
+    }
+}
 
 /// Kinds of cycles, and whether the tool is left at the feed.
 fn kind(name: &str) -> Option<bool> {
@@ -203,7 +214,9 @@ impl Reader<'_> {
         cycle.clear = self.mm(clear);
         if let Some((value, span)) = feed {
             let feed = self.feed_of(line, value, unit.as_deref())?;
-            if feed.kind == FeedKind::PerRevolution && feed.value > Some(MAX_PER_REVOLUTION_MM) {
+            if feed.kind == FeedKind::PerRevolution
+                && feed.value.is_some_and(|mm| !may_be_feed(feed.kind, mm))
+            {
                 return Err(format!(
                     "the second number is taken as the feed, and {value} in a turn is none: write \
                      DEPTH, CLEAR and the unit before the feed"
@@ -213,6 +226,16 @@ impl Reader<'_> {
                 let what = format!(
                     "CYCLE: the second number, {value}, is taken as the feed, though no unit \
                      stands behind it: some posts write the clearance there"
+                );
+                self.cutter.log.warning(Code::UnitAssumed, line, what);
+            } else if let Some(mm) = feed.value
+                && clear > 0.0
+                && (!may_be_feed(feed.kind, mm) || may_be_feed(feed.kind, mm / value * clear))
+            {
+                let what = format!(
+                    "CYCLE: of {value} and {clear} the first is taken as the feed, the other as \
+                     the clearance: some posts write the clearance first; write DEPTH, CLEAR and \
+                     the unit before the feed"
                 );
                 self.cutter.log.warning(Code::UnitAssumed, line, what);
             }

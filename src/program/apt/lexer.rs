@@ -31,6 +31,8 @@ pub(super) struct Statement<'t> {
     /// Line on which it starts.
     pub(super) line: usize,
     pub(super) tokens: Vec<Token<'t>>,
+    /// Whether a `$` may be the first letter of a name, or may end the line.
+    pub(super) is_unclear: bool,
 }
 
 impl<'t> Statement<'t> {
@@ -145,6 +147,7 @@ impl<'t> Lexer<'t> {
 
     pub(super) fn next_into(&mut self, statement: &mut Statement<'t>) -> bool {
         statement.tokens.clear();
+        statement.is_unclear = false;
         loop {
             let Some(rest) = self.text.get(self.at..).filter(|rest| !rest.is_empty()) else {
                 self.is_cut = !statement.tokens.is_empty();
@@ -253,11 +256,17 @@ fn tokens<'t>(line: &'t str, offset: usize, statement: &mut Statement<'t>) -> bo
         push(content, at, end, offset, statement);
         return false;
     }
-    let trimmed = content.trim_end();
-    let (content, continued) = match trimmed.strip_suffix('$') {
-        Some(before) => (before, true),
-        None => (trimmed, false),
+    // What stands behind the `$` is a remark.
+    let is_between = |at| content.get(..at).unwrap_or("").trim_end().ends_with([',', '/']);
+    let is_end = |&(at, _): &(usize, &str)| {
+        let behind = content.get(at + 1..).unwrap_or("");
+        behind.trim().is_empty() || is_between(at) && behind.starts_with(char::is_whitespace)
     };
+    let (content, continued) = match content.match_indices('$').find(is_end) {
+        Some((at, _)) => (content.get(..at).unwrap_or(content), true),
+        None => (content.trim_end(), false),
+    };
+    statement.is_unclear |= content.match_indices('$').any(|(at, _)| is_between(at));
     let bytes = content.as_bytes();
     let mut from = at;
     while at < bytes.len() {

@@ -104,6 +104,8 @@ struct Reader<'a> {
     axis: Unit<Vector3<f64>>,
     /// The line of MULTAX/OFF, where the axis was another and no statement has given it since.
     axis_is_back: Option<usize>,
+    /// Whether MULTAX/OFF says that tool axes do not count.
+    is_fixed: bool,
     at: Option<Vector3<f64>>,
     /// Whether the last statement may be the program's last.
     may_end: bool,
@@ -145,6 +147,7 @@ impl<'a> Reader<'a> {
             is_rapid_in_cycle: false,
             axis: Vector3::z_axis(),
             axis_is_back: None,
+            is_fixed: false,
             at: None,
             may_end: false,
             arc: None,
@@ -186,6 +189,11 @@ impl<'a> Reader<'a> {
             return true;
         }
         let ran = match statement.second() {
+            _ if statement.is_unclear => Err("a '$' behind ',' or '/' ends the line, or is the \
+                                              first letter of a name: write a blank behind it \
+                                              where the next line goes on, else the name without \
+                                              it"
+            .to_owned()),
             // How the tool stands to a curve, and the move along it, are one statement.
             Some(second) if !matches!(major.as_str(), "TLON" | "TLLFT" | "TLRGT") => {
                 Err(format!("{second} stands behind it; write each statement on a line of its own"))
@@ -193,7 +201,13 @@ impl<'a> Reader<'a> {
             _ => self.run(line, &major, statement),
         };
         if let Err(what) = ran {
-            self.cutter.log.error(Code::Motion, line, format!("{major}: {what}"));
+            let what = match major.as_str() {
+                "" => "the statement begins with no word, as MAJOR/… does: where it goes on from \
+                       the line before, that must end with '$'"
+                    .to_owned(),
+                _ => format!("{major}: {what}"),
+            };
+            self.cutter.log.error(Code::Motion, line, what);
         }
         true
     }
@@ -255,12 +269,15 @@ impl<'a> Reader<'a> {
                     self.axis_is_back = Some(line);
                 }
                 self.axis = axis;
+                self.is_fixed = true;
                 Ok(())
             }
-            "MULTAX" => Ok(()),
+            "MULTAX" => {
+                self.is_fixed = false;
+                Ok(())
+            }
             "TLAXIS" => {
-                self.axis = unit(vector(minor)?)?;
-                self.axis_is_back = None;
+                self.axis = self.given_axis(line, vector(minor)?)?;
                 Ok(())
             }
             "FEDRAT" => self.feed_statement(line, minor),
@@ -332,18 +349,34 @@ impl<'a> Reader<'a> {
     }
 
     /// The tool axis after x, y, z: it stays until another is given.
-    fn axis_of(&mut self, minor: &[Word<'_>]) -> Result<Unit<Vector3<f64>>, String> {
+    fn axis_of(&mut self, line: usize, minor: &[Word<'_>]) -> Result<Unit<Vector3<f64>>, String> {
         match minor.get(3..) {
             None | Some([]) => {
                 self.doubt_axis();
                 Ok(self.axis)
             }
             Some(rest @ [_, _, _]) => {
-                self.axis_is_back = None;
-                unit(vector(rest).map_err(|_| NOT_A_TARGET.to_owned())?)
+                let axis = vector(rest).map_err(|_| NOT_A_TARGET.to_owned())?;
+                self.given_axis(line, axis)
             }
             Some(_) => Err(NOT_A_TARGET.to_owned()),
         }
+    }
+
+    /// A tool axis that a statement gives; tilted behind MULTAX/OFF, posts may leave it out.
+    fn given_axis(
+        &mut self,
+        line: usize,
+        axis: Vector3<f64>,
+    ) -> Result<Unit<Vector3<f64>>, String> {
+        self.axis_is_back = None;
+        let axis = unit(axis)?;
+        if self.is_fixed && axis.angle(&self.systems.axis()) > SAME_AXIS {
+            let what = "a tilted tool axis behind MULTAX/OFF is read as it stands: posts without \
+                        tool axes leave it out; write MULTAX/ON before it, or no axis";
+            self.cutter.log.warning(Code::ChangeIgnored, line, what);
+        }
+        Ok(axis)
     }
 
     /// A move without an axis of its own.
@@ -358,7 +391,7 @@ impl<'a> Reader<'a> {
     fn go_to(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         let to = self.point(minor)?;
         let before = self.axis;
-        self.axis = self.axis_of(minor)?;
+        self.axis = self.axis_of(line, minor)?;
         if let Some(arc) = self.arc.take() {
             return self.close_arc(line, arc, to);
         }
@@ -377,7 +410,7 @@ impl<'a> Reader<'a> {
 
     fn from(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         let to = self.point(minor)?;
-        self.axis = self.axis_of(minor)?;
+        self.axis = self.axis_of(line, minor)?;
         if self.at.is_some() {
             let what = "FROM after motion: read as a rapid move";
             self.cutter.log.warning(Code::Assumed, line, what);
@@ -388,7 +421,7 @@ impl<'a> Reader<'a> {
 
     fn home(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         let to = self.point(minor)?;
-        self.axis = self.axis_of(minor)?;
+        self.axis = self.axis_of(line, minor)?;
         self.line_to(line, to, Pace::Rapid);
         Ok(())
     }
@@ -413,7 +446,7 @@ impl<'a> Reader<'a> {
             }
             [_, _, _] | [_, _, _, _, _, _] => {
                 let by = self.point(minor)?;
-                self.axis = self.axis_of(minor)?;
+                self.axis = self.axis_of(line, minor)?;
                 by
             }
             _ => return Err(NOT_A_STEP.to_owned()),

@@ -9,12 +9,15 @@ use super::words::{bare, brackets, name_length, split_outside, starts_with};
 
 impl Run<'_> {
     /// Sets a position register or an element of one: what cannot be worked out is unknown.
-    pub(super) fn assign_position(&mut self, text: &str) -> Result<(), String> {
+    pub(super) fn assign_position(&mut self, line: usize, text: &str) -> Result<(), String> {
         if text.starts_with("PR[GP") {
             return Err(OF_A_GROUP.to_owned());
         }
         let (inside, rest) = brackets(text, "PR").ok_or("PR[ without a number")?;
         let value = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
+        if value.contains("LPOS") {
+            self.tell_of_flange(line, self.chosen("UTOOL").ok().flatten());
+        }
         let Some((number, index)) = split_outside(inside, ",") else {
             let number = self.registers.whole(inside)?;
             let held = bare(value).and_then(|value| {

@@ -3,13 +3,19 @@
 use super::registers::Registers;
 use super::why::{Why, both};
 use super::words::{
-    bare, brackets, indexed, name_length, outside, parts_outside, split_outside, starts_with,
+    bare, brackets, indexed, name_length, nameless, outside, parts_outside, split_outside,
+    starts_with,
 };
 use crate::program::{Assumed, single};
 use crate::units::{deg_from_rad, rad_from_deg};
 
 /// Why `PR[GP1:1,7]` is not read.
 pub(super) const OF_A_GROUP: &str = "PR[GP…]: elements of a group are not supported";
+
+/// Of brackets that stand without the name of a list before them.
+pub(super) fn without_name(part: &str) -> String {
+    format!("'{part}' is not understood: expected a name before the '[', such as R[80]")
+}
 
 /// A function by its name.
 type Function = (&'static str, fn(f64) -> f64);
@@ -59,6 +65,13 @@ impl Registers<'_> {
         let text = text.trim();
         if let Ok(number) = text.parse() {
             return Ok(number);
+        }
+        if text == "..." {
+            return Err(
+                "'[...]' is a number that was never filled in on the pendant: write it in \
+                        the file that is checked"
+                    .into(),
+            );
         }
         let value = self.value(text)?;
         if value.fract() == 0.0 && value.abs() < MAX {
@@ -150,6 +163,9 @@ impl Registers<'_> {
             FUNCTIONS.iter().find_map(|(name, of)| Some((of, brackets(text, name)?)))
         {
             return Ok((self.value(inside).map(function), rest));
+        }
+        if let Some(part) = nameless(text) {
+            return Err(without_name(part).into());
         }
         let (name, rest) = text.split_at(name_length(text));
         if name.is_empty() {

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use super::registers::names_asked;
 use super::run::{BEHIND_ERROR, Run, SIGNALS, is_harmless};
-use super::text::Statement;
+use super::text::{Statement, is_motion, is_remark};
 use super::why::both;
 use super::words::{register, split_outside, starts_with};
 use crate::notes::Code;
@@ -29,14 +29,60 @@ impl<'a> Run<'a> {
             // Which way it goes is not known: the errors are all told.
             self.next = self.source.statements.len();
         } else if at < self.next && text.starts_with("JMP") && self.is_endless(at) {
-            let what = "an endless loop: read once, without the move from its end back to its \
-                        beginning";
-            self.log.warning(Code::MotionLeftOut, line, what);
+            self.tell_endless(line, at);
             self.next = self.source.statements.len();
         } else {
             self.next = at + 1;
         }
         Ok(())
+    }
+
+    /// Tells of a loop back to a label that nothing in it ends. Without a move it waits for what
+    /// others set.
+    fn tell_endless(&mut self, line: usize, label: usize) {
+        const ONCE: &str = "an endless loop: read once, without the move from its end back to its \
+                            beginning";
+        let (jump, all) = (self.next - 1, &self.source.statements);
+        let body = all.get(label..jump).unwrap_or_default();
+        let exits = body.iter().filter(|own| leads_out(own, &self.labels, label..=jump));
+        let exits: Vec<&Statement> = exits.collect();
+        let simple = exits.iter().filter_map(|own| action_of(own.text.trim().strip_prefix("IF")?));
+        let simple: Vec<(&str, &str)> = simple.map(|(asked, does)| (asked.trim(), does)).collect();
+        let asked: Vec<&str> = simple.iter().map(|(asked, _)| *asked).collect();
+        // Another exit may lead past what stands behind the loop.
+        let on = simple.iter().find(|(_, does)| self.leads_right_behind(does));
+        let moves = |own: &&Statement| is_motion(own.text.trim());
+        let left = all.iter().skip(self.next).find(moves).map_or_else(String::new, |own| {
+            format!("; what stands behind it, from the move of line {} on, is not read", own.line)
+        });
+        let may_move = |own: &Statement| moves(&own) || own.text.contains("CALL ");
+        let what = match asked.join(" or ") {
+            _ if exits.is_empty() => ONCE.to_owned(),
+            asked if asked.is_empty() => format!("{ONCE}{left}"),
+            asked if body.iter().any(may_move) => {
+                format!("{ONCE}; nothing in it leads to {asked}{left}")
+            }
+            asked => {
+                let on = on.map_or_else(String::new, |(asked, _)| {
+                    format!(": in the file that is checked write WAIT {asked} in place of the loop")
+                });
+                format!(
+                    "the loop waits for {asked}, which only another program or the cell can \
+                     set{left}{on}"
+                )
+            }
+        };
+        self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
+    /// Whether `JMP LBL[2]` leads to what stands next, past labels and remarks alone.
+    fn leads_right_behind(&self, action: &str) -> bool {
+        let target = self.label_ahead(action);
+        let between = target.and_then(|at| self.source.statements.get(self.next..at));
+        between.is_some_and(|between| {
+            let mut texts = between.iter().map(|own| own.text.trim());
+            texts.all(|text| is_remark(text) || text.starts_with("LBL["))
+        })
     }
 
     /// Whether the jump that has just run goes back to a label that has run for nothing: nothing
@@ -86,7 +132,7 @@ impl<'a> Run<'a> {
                 Ok(())
             }
             Ok(true) if action.starts_with("R[") => self.assign(statement.line, action, statement),
-            Ok(true) if action.starts_with("PR[") => self.assign_position(action),
+            Ok(true) if action.starts_with("PR[") => self.assign_position(statement.line, action),
             Ok(true) | Err(_) if starts_with(action, "PULSE") => {
                 self.pulse(statement.line, action);
                 Ok(())

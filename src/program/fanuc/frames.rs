@@ -126,7 +126,7 @@ impl Run<'_> {
             (None, only, None) if !numbers.are_chosen => Ok(only),
             _ => Err(format!(
                 "{list}_NUM is not set before: in which a position register counts is known only \
-                 at run time"
+                 at run time; write {list}_NUM=… before the move in the file that is checked"
             )),
         }
     }
@@ -182,6 +182,18 @@ impl Run<'_> {
     pub(super) fn tcp(&self, tool: u32) -> Result<Isometry3<f64>, String> {
         let own = self.own_frame("UTOOL", tool);
         own.unwrap_or_else(|| tool_frame(self.settings, f64::from(tool), "UTOOL"))
+    }
+
+    /// To the controller tool 0 is the faceplate; a job may mean it by its tcp.
+    pub(super) fn tell_of_flange(&mut self, line: usize, tool: Option<u32>) {
+        let is_given = self.settings.tool_frames.contains_key(&0);
+        let is_longer = self.settings.tcp.is_some_and(|tcp| tcp != Isometry3::identity());
+        if tool == Some(0) && is_longer && !is_given {
+            let what = "UTOOL 0 is the faceplate without a tool, and the job's tcp is taken for \
+                        it: path.program.tool_frames: {0: …} in the job says where tool 0 is, \
+                        {xyz_m: [0, 0, 0]} for the faceplate";
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
     }
 
     /// Whether the program has set the tool itself.

@@ -30,6 +30,7 @@ mod words;
 use super::Settings;
 use super::cell::set_by_comment;
 use super::log::Log;
+use super::unread::behind_end;
 use crate::notes::Code;
 
 /// Reads a TP program into the log.
@@ -58,6 +59,9 @@ pub(super) fn read(source: &str, settings: &Settings, log: &mut Log) {
         let what = "the program ends without /END: is the file whole?";
         log.error(Code::Syntax, source.lines.max(1), what);
         return;
+    }
+    if let Some(line) = source.moves_behind_end {
+        behind_end(log, line);
     }
     if let Some((line, schedule)) = &source.tracks {
         let what = format!(

@@ -83,6 +83,11 @@ impl Run<'_> {
             rest = behind.trim_start();
         }
         let tcp = tcp.ok_or("the position is missing")?;
+        // A joint move to joints ends there with any tool.
+        if kind != "J" || matches!(places.as_slice(), [Place::Pose(_)]) {
+            let tool = last.as_ref().and_then(|group| group.tool).or(self.tool);
+            self.tell_of_flange(statement.line, tool);
+        }
         let (term, options) = rest.split_at(word(rest).len());
         let line = statement.line;
         let (shift, actions) = self.options(line, options)?;

@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
+use super::expressions::without_name;
 use super::position::{OffsetCondition, places_by_job};
 use super::registers::{Asked, IS_PULSED, Registers, State};
 use super::text::{Source, Statement, is_dashed_remark, is_motion, is_remark};
-use super::words::{brackets, register, split_outside, starts_with};
+use super::words::{brackets, nameless, register, split_outside, starts_with};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_comment, set_by_name};
@@ -251,7 +252,7 @@ impl<'a> Run<'a> {
             }
             "OVERRIDE" => self.set_override(line, text)?,
             "R" => self.assign(line, text, statement)?,
-            "PR" => self.assign_position(text)?,
+            "PR" => self.assign_position(line, text)?,
             "AR" => {}
             "LBL" => drop(self.passed.insert(self.next - 1, self.registers.state())),
             "JMP" => {
@@ -434,6 +435,10 @@ impl<'a> Run<'a> {
         let found = self.registers.numbered(text, "R")?;
         let (number, rest) = found.ok_or("R[ without a number")?;
         let value_text = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
+        if let Some(part) = nameless(value_text) {
+            self.registers.set_unread(number, BEHIND_ERROR);
+            return Err(without_name(part));
+        }
         let given = self.given(value_text, statement);
         let name = format!("r[{number}]");
         if !set_by_name(self.settings, self.log, line, &name, given.clone()) {

@@ -66,6 +66,7 @@ pub(super) struct Source {
     /// Line and what may be an instruction.
     pub(super) doubts: Vec<(usize, String)>,
     pub(super) has_end: bool,
+    pub(super) moves_behind_end: Option<usize>,
     pub(super) lines: usize,
 }
 
@@ -83,20 +84,23 @@ pub(super) fn parse(text: &str) -> Source {
         source.lines = index + 1;
         let line = whole.trim_end();
         let trimmed = line.trim_start();
-        if let Some(head) = trimmed.strip_prefix('/')
-            && !trimmed.starts_with("//")
-        {
-            let word = head.split_whitespace().next().unwrap_or("");
-            section = match word.trim_end_matches('.').to_ascii_uppercase().as_str() {
-                "MN" => "MN",
-                "POS" => "POS",
-                "ATTR" => "ATTR",
-                "END" => {
-                    source.has_end = true;
-                    break;
+        if section == "END" {
+            let (_, text) = without_number(trimmed);
+            if is_motion(text.trim_start()) {
+                source.moves_behind_end.get_or_insert(index + 1);
+            }
+            continue;
+        }
+        if trimmed.starts_with('/') && !trimmed.starts_with("//") {
+            match section_of(trimmed, section) {
+                Some(new) => section = new,
+                None => {
+                    source.faults.push((index + 1, no_section(trimmed)));
+                    // Lines are counted on.
+                    positions.extend((section == "POS").then_some('\n'));
                 }
-                _ => "",
-            };
+            }
+            source.has_end = section == "END";
             if section == "POS" && positions.is_empty() {
                 positions_line = index + 2;
             }
@@ -140,6 +144,29 @@ pub(super) fn parse(text: &str) -> Source {
     source.frames.are_chosen = chooses("UFRAME_NUM");
     source.tools.are_chosen = chooses("UTOOL_NUM");
     source
+}
+
+/// The section that begins at `/MN` or `/PROG NAME` within another; none where a line only looks
+/// so: behind `/MN` only `/POS` and `/END` can come, behind `/POS` only `/END`.
+fn section_of(line: &str, within: &str) -> Option<&'static str> {
+    const ALL: [&str; 6] = ["PROG", "ATTR", "APPL", "MN", "POS", "END"];
+    let (name, rest) = line.split_at(line.find(char::is_whitespace).unwrap_or(line.len()));
+    let name = name.strip_prefix('/')?.trim_end_matches('.');
+    let own = ALL.into_iter().find(|own| own.eq_ignore_ascii_case(name))?;
+    let is_whole = own == "PROG" || rest.is_empty();
+    let may_come = match within {
+        "MN" => matches!(own, "POS" | "END"),
+        "POS" => own == "END",
+        _ => true,
+    };
+    (is_whole && may_come).then_some(own)
+}
+
+fn no_section(line: &str) -> String {
+    format!(
+        "'{line}' is not understood: a line that begins with '/' begins a section (/MN, then /POS, \
+         then /END); write '!' before a remark, '//' before an instruction that is commented out"
+    )
 }
 
 /// The number behind `LINE_TRACK_SCHEDULE_NUMBER : 1;` in the program's head; 0 tracks nothing.
@@ -199,6 +226,15 @@ fn look_behind(source: &mut Source, line: usize, text: &str) {
     }
 }
 
+/// What stands behind the number of a line and its colon, both of which may be missing, and where.
+fn without_number(content: &str) -> (usize, &str) {
+    let rest = content.trim_start();
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    let behind = rest.get(digits..).and_then(|rest| rest.trim_start().strip_prefix(':'));
+    let rest = behind.unwrap_or(rest);
+    (content.len() - rest.len(), rest)
+}
+
 /// Takes a line of `/MN`: `  12:L P[1] 100mm/sec FINE ;`, or what continues the one before.
 fn statement(
     source: &mut Source,
@@ -207,16 +243,9 @@ fn statement(
     content: &str,
     start: usize,
 ) {
-    let blank = content.len() - content.trim_start().len();
-    let mut rest = content.trim_start();
-    let mut at = start + blank;
-    // The number and its colon; both may be missing.
-    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
-    let goes_on = rest.starts_with(':');
-    if let Some(behind) = rest.get(digits..).and_then(|rest| rest.trim_start().strip_prefix(':')) {
-        at += rest.len() - behind.len();
-        rest = behind;
-    }
+    let goes_on = content.trim_start().starts_with(':');
+    let (at, rest) = without_number(content);
+    let at = start + at;
     if rest.trim().is_empty() {
         return;
     }

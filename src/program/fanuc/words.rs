@@ -101,6 +101,19 @@ pub(super) fn split_outside<'t>(text: &'t str, sign: &str) -> Option<(&'t str, &
     Some((text.get(..at)?, text.get(at + sign.len()..)?))
 }
 
+/// `[R80]`: brackets without the name of a list, at the start of a value or behind an operator.
+pub(super) fn nameless(text: &str) -> Option<&str> {
+    const BEFORE: [char; 5] = ['+', '-', '*', '/', '('];
+    let is_it = |rest: &str| rest.trim_start().starts_with('[');
+    let start = match is_it(text) {
+        true => 0,
+        false => outside(text, |_, rest| rest.strip_prefix(BEFORE).is_some_and(is_it))? + 1,
+    };
+    let own = text.get(start..)?.trim_start();
+    let (_, rest) = brackets(own, "")?;
+    own.get(..own.len() - rest.len())
+}
+
 /// How long the name at the start of a text is: `GI[5:program]/10` has one of 13 signs.
 pub(super) fn name_length(text: &str) -> usize {
     let is_of_name = |c: char| c.is_alphanumeric() || matches!(c, '_' | '$' | '.' | ']');

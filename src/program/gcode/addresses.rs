@@ -8,6 +8,7 @@ use super::block::{
 use super::expression::Reader;
 use super::parameters::Key;
 use super::variables;
+use super::words::refuse_with_axis;
 
 impl Lexer<'_> {
     /// `CR=5`, `X=IC(5)`, `R1=5`, `S1=900`, `T="MILL"`.
@@ -62,8 +63,9 @@ impl Lexer<'_> {
             }
             _ if bytes.len() == 1 && bytes[0] != b'_' => bytes[0],
             _ => {
-                if !name.starts_with('_') && !self.parameters.knows(&key) {
-                    return Err(format!("'{name}=' is not understood"));
+                if !name.starts_with('_') && !self.parameters.may_set(&key) {
+                    let declared = self.parameters.declared_by_job(&key);
+                    return Err(format!("'{name}=' is not understood{declared}"));
                 }
                 return self.set(key, block);
             }
@@ -123,8 +125,9 @@ impl Lexer<'_> {
         length: usize,
         block: &mut Block,
     ) -> Result<(), String> {
-        refuse_axis(name)?;
         let at = self.at + length;
+        let inside = self.line.get(at + 1..).and_then(|rest| rest.split(']').next());
+        refuse_with_axis(name, inside.unwrap_or("").trim())?;
         let (key, at) = variables::element(name, self.bytes, at, self.parameters)?;
         self.at = at;
         self.set(key, block)
@@ -158,17 +161,4 @@ impl Lexer<'_> {
 /// Whether a block goes to the reference or the fixed point of the machine's own axes.
 fn is_to_machine(block: &Block) -> bool {
     block.codes('G').any(|code| matches!(code, 740 | 750))
-}
-
-/// Words of Sinumerik's for one axis, its name in brackets.
-fn refuse_axis(name: &str) -> Result<(), String> {
-    match name {
-        "POS" | "POSA" | "POSP" => {
-            Err(format!("{name}[ ] moves an axis beside the path: not supported; write G0 or G1"))
-        }
-        "FL" | "ACC" | "VELOLIM" | "ACCLIM" | "JERKLIM" => {
-            Err(format!("{name}[ ]: limits of an axis are not read; leave it out, and lower F"))
-        }
-        _ => Ok(()),
-    }
 }

@@ -5,6 +5,9 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::ops::RangeInclusive;
 
+use super::files::Files;
+use super::structure::{code, stripped};
+use super::words::{is_r_parameter, is_word};
 use crate::notes::Code;
 use crate::program::Assumed;
 use crate::program::log::Log;
@@ -16,23 +19,13 @@ pub(super) const DIAMETER: i64 = 5410;
 /// Those of Fanuc's that hold for all programs.
 const COMMON: RangeInclusive<u32> = 100..=999;
 
-/// Sinumerik's operators, and words of its blocks, which are no variables: in lower case.
-const WORDS: [&str; 36] = [
-    "not", "and", "or", "xor", "b_not", "b_and", "b_or", "b_xor", "div", "mod", "if", "else",
-    "endif", "for", "to", "endfor", "while", "endwhile", "loop", "endloop", "repeat", "repeatb",
-    "until", "goto", "gotof", "gotob", "gotoc", "gotos", "case", "of", "default", "def", "proc",
-    "endproc", "ret", "call",
-];
-
-/// Whether a name in lower case is one of them.
-pub(super) fn is_word(name: &str) -> bool {
-    WORDS.contains(&name)
-}
-
 /// Values by the parameter's name in lower case, up to where the program sets it.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Given {
     open: HashMap<String, f64>,
+    /// Variables that the job declares, as the control's own definitions (GUD) do: they hold in all
+    /// programs.
+    declared: HashSet<String>,
     /// Those that the program sets, where the job gives any or they become vacant.
     closed: HashSet<String>,
     /// Those that were read.
@@ -40,13 +33,24 @@ pub(super) struct Given {
 }
 
 impl Given {
-    pub(super) fn new(all: &BTreeMap<String, Assumed>, is_sinumerik: bool) -> Self {
+    pub(super) fn new(
+        all: &BTreeMap<String, Assumed>,
+        is_sinumerik: bool,
+        lines: &[(usize, &str)],
+    ) -> Self {
         let may_be = all.iter().filter(|(name, _)| may_be_assumed(name, is_sinumerik));
         let open = may_be.map(|(name, value)| match value {
             Assumed::Number(value) => (name.clone(), *value),
             Assumed::Truth(value) => (name.clone(), f64::from(*value)),
         });
-        Self { open: open.collect(), ..Self::default() }
+        let open: HashMap<String, f64> = open.collect();
+        let may_declare =
+            |name: &&String| is_sinumerik && !is_r_parameter(name) && !name.starts_with('$');
+        let declared = open.keys().filter(may_declare).filter(|name| {
+            let head = name.split('[').next().unwrap_or(name);
+            !lines.iter().any(|(_, line)| defines(line, head))
+        });
+        Self { declared: declared.cloned().collect(), open, ..Self::default() }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -61,6 +65,18 @@ impl Given {
         let value = self.open.get(name).copied()?;
         self.read.borrow_mut().insert(name.to_owned());
         Some(value)
+    }
+
+    /// Whether the job declares a variable, which the program may set then.
+    pub(super) fn declares(&self, name: &str) -> bool {
+        self.declared.contains(name)
+    }
+
+    /// What the program has set is read.
+    pub(super) fn read_of_program(&self, name: &str) {
+        if self.declares(name) {
+            self.read.borrow_mut().insert(name.to_owned());
+        }
     }
 
     /// The program sets it.
@@ -88,7 +104,8 @@ impl Given {
             false => "#100 to #999 may be assumed",
             true => "R parameters, variables and machine data ($M…) may be assumed",
         };
-        for key in all.keys().filter(|key| !self.read.borrow().contains(*key)) {
+        let is_told = |key: &String| self.read.borrow().contains(key) || self.is_only_set(key);
+        for key in all.keys().filter(|key| !is_told(key)) {
             let Some(line) = lines.iter().position(|(_, line)| names(line, key)) else { continue };
             if !is_sinumerik && *key == format!("#{DIAMETER}") {
                 let what = format!(
@@ -102,6 +119,46 @@ impl Given {
             tell_unheeded(log, line + 1, key, other);
         }
     }
+
+    /// Whether the job declares it, and the program sets it and never reads it; no word of the
+    /// control begins with an underscore.
+    fn is_only_set(&self, name: &str) -> bool {
+        let is_set = self.declares(name) && self.is_closed(name);
+        is_set && !name.starts_with('_') && !self.read.borrow().contains(name)
+    }
+
+    /// What is set and never read may be a word of the control, and no variable.
+    pub(super) fn tell_unread(&self, files: &Files<'_>, log: &mut Log) {
+        let mut unread: Vec<&String> =
+            self.declared.iter().filter(|name| self.is_only_set(name)).collect();
+        unread.sort();
+        for name in unread {
+            let head = name.split('[').next().unwrap_or(name);
+            let index = files.lines.iter().position(|(_, line)| names(line, head)).unwrap_or(0);
+            let beside = files.beside(index);
+            let line = if beside.is_some() { 1 } else { index + 1 };
+            let what = format!(
+                "'{}' is set and never read: the job declares it as a variable, and if it is a \
+                 word of the control, what it does is not read; leave it out if it changes no \
+                 motion, speed or tool",
+                name.to_uppercase()
+            );
+            log.within(beside.unwrap_or_default());
+            log.warning(Code::MotionLeftOut, line, what);
+        }
+        log.within(String::new());
+    }
+}
+
+/// Whether a line declares a variable of the program's own.
+fn defines(line: &str, name: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let words = code(stripped(line)).split(|c| !is_part(c)).filter(|word| !word.is_empty());
+    let mut words = words.map(str::to_ascii_lowercase);
+    // `DEF CHAN REAL …` is one of the control's own definitions.
+    matches!(words.next().as_deref(), Some("def" | "proc"))
+        && !matches!(words.next().as_deref(), Some("nck" | "chan"))
+        && words.any(|word| word == name)
 }
 
 /// Whether the job may say what a parameter is, by its name in lower case.
@@ -112,7 +169,7 @@ pub(super) fn may_be_assumed(name: &str, is_sinumerik: bool) -> bool {
         return number.and_then(|digits| digits.parse().ok()).is_some_and(|n| COMMON.contains(&n));
     }
     let head = name.split('[').next().unwrap_or(name);
-    if head.strip_prefix('r').is_some_and(|digits| !digits.is_empty() && is_number(digits)) {
+    if is_r_parameter(head) {
         return head == name;
     }
     let is_part = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';

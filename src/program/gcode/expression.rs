@@ -2,7 +2,8 @@
 
 use super::abbreviated::whole;
 use super::comments::behind_comment;
-use super::parameters::{Key, Parameters, is_r_parameter};
+use super::parameters::{Key, Parameters};
+use super::words::is_r_parameter;
 use crate::program::functions::function;
 use crate::program::span::Span;
 use crate::units::deg_from_rad;

@@ -1,7 +1,7 @@
 //! Which line of G-code comes next: subprograms, loops, conditions and jumps of LinuxCNC (O-words)
 //! and Fanuc (M98, WHILE, IF, GOTO).
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::abbreviated::whole;
 use super::by_value;
@@ -9,6 +9,7 @@ use super::expression::{Reader, not_vacant};
 use super::files::Files;
 use super::o_words::{computed, o_word};
 use super::parameters::{Key, Locals, Parameters, Set};
+use super::running::{Head, Running};
 use super::structure::{Structure, stripped, within};
 use crate::notes::Code;
 use crate::program::log::Log;
@@ -29,6 +30,8 @@ struct Call {
     repeats: u32,
     /// The caller's locals, where the call has its own.
     kept: Option<Locals>,
+    /// The program of Fanuc's that calls.
+    by: Running,
 }
 
 /// A statement with an O-word.
@@ -67,14 +70,19 @@ pub(super) struct Flow<'t> {
     /// Which lines have run, of the file.
     ran: Vec<bool>,
     calls: Vec<Call>,
+    running: Running,
     /// Passes left of repeats, by their line.
     pub(super) repeats: HashMap<usize, u64>,
     /// Of a program of Sinumerik's, which has its own words.
     is_sinumerik: bool,
     pub(super) structure: Structure,
     o_words: Vec<OWord>,
-    /// Fanuc's programs, by number, and its WHILE loops, by line of WHILE and of END.
+    /// Heads of Fanuc's programs, by line.
+    heads: HashMap<usize, Head>,
+    /// Fanuc's programs, by number, those that have been called, and its WHILE loops, by line of
+    /// WHILE and of END.
     programs: HashMap<i64, usize>,
+    called: HashSet<i64>,
     /// Lines by their block number, in order.
     numbers: HashMap<i64, Vec<usize>>,
     loops: Vec<(usize, usize)>,
@@ -94,11 +102,14 @@ impl<'t> Flow<'t> {
             ended: false,
             ran: vec![false; lines.len()],
             calls: Vec::new(),
+            running: Running::default(),
             repeats: HashMap::new(),
             is_sinumerik,
             structure: if is_sinumerik { Structure::of(files) } else { Structure::default() },
             o_words: Vec::new(),
+            heads: HashMap::new(),
             programs: HashMap::new(),
+            called: HashSet::new(),
             numbers: HashMap::new(),
             loops: Vec::new(),
         };
@@ -115,16 +126,13 @@ impl<'t> Flow<'t> {
             }
             let content = stripped(content);
             match content.as_bytes().first() {
-                Some(b'O' | b'o') => {
-                    if let Some((label, keyword, _)) = o_word(content) {
+                Some(b'O' | b'o' | b':') => {
+                    let own = o_word(content).filter(|_| !content.starts_with(':'));
+                    if let Some((label, keyword, _)) = own {
                         self.o_words.push(OWord { line, label, keyword });
-                    } else if let Some(number) = leading_number(content.get(1..).unwrap_or("")) {
-                        self.programs.entry(number).or_insert(line);
-                    }
-                }
-                Some(b':') => {
-                    if let Some(number) = leading_number(content.get(1..).unwrap_or("")) {
-                        self.programs.entry(number).or_insert(line);
+                    } else if let Some(head) = Head::of(content) {
+                        self.programs.entry(head.number).or_insert(line);
+                        self.heads.insert(line, head);
                     }
                 }
                 Some(b'W' | b'w') if keyword(content) == "WHILE" => {
@@ -211,12 +219,18 @@ impl<'t> Flow<'t> {
             call.repeats -= 1;
             self.next = call.first;
         } else if let Some(call) = self.calls.pop() {
-            if let Some(kept) = call.kept {
-                self.parameters.leave(kept);
-            }
-            self.next = call.back;
+            self.leave(call);
         }
         false
+    }
+
+    /// Back to the caller, behind the call.
+    fn leave(&mut self, call: Call) {
+        if let Some(kept) = call.kept {
+            self.parameters.leave(kept);
+        }
+        self.next = call.back;
+        self.running = call.by;
     }
 
     /// `M99 P n`: back to N n of the caller, whatever repeats are left. In the main program it
@@ -225,10 +239,7 @@ impl<'t> Flow<'t> {
         let here = self.next;
         match self.calls.pop() {
             Some(call) => {
-                if let Some(kept) = call.kept {
-                    self.parameters.leave(kept);
-                }
-                self.next = call.back;
+                self.leave(call);
                 self.jump_to(number).map(|()| false)
             }
             None => {
@@ -249,14 +260,19 @@ impl<'t> Flow<'t> {
         if !(0.0..=9999.0).contains(&repeats) || repeats.fract() != 0.0 {
             return Err(format!("a subprogram runs {repeats} times: expected a whole number"));
         }
-        let own = self.programs.get(&(number as i64)).map(|head| self.behind_head(*head));
+        let own = self.programs.get(&(number as i64)).map(|head| self.first_of(*head));
         let names = [format!("O{number:04}"), format!("O{number}"), format!("{number}")];
         let first = own.or_else(|| names.iter().find_map(|name| self.files.named(name)));
         let first = first.ok_or_else(|| {
             format!("O{number} is not in this file: name its own under path.program.files")
         })?;
         // Whole and in 0..=9999, checked above.
-        self.enter(first, repeats as u32, locals, true)
+        self.enter(first, repeats as u32, locals, true)?;
+        if repeats > 0.0 {
+            self.called.insert(number as i64);
+            self.running = Running::called(own.map(|_| number as i64));
+        }
+        Ok(())
     }
 
     /// A subprogram of Sinumerik's, a file of its own, so often, with what stands in the
@@ -318,19 +334,15 @@ impl<'t> Flow<'t> {
             return Ok(());
         }
         let kept = locals.map(|locals| self.parameters.enter(locals, is_macro));
-        self.calls.push(Call { back: self.next, first, repeats, kept });
+        self.calls.push(Call { back: self.next, first, repeats, kept, by: self.running });
         self.next = first;
         Ok(())
     }
 
-    /// The first line of a program; there may be words on the line of its head.
-    fn behind_head(&self, head: usize) -> usize {
-        let has_words = |own: &str| {
-            let behind = own.trim_start_matches(|c: char| c.is_ascii_digit() || ":Oo ".contains(c));
-            own.starts_with(':') || behind.starts_with(|c: char| c.is_ascii_alphabetic())
-        };
-        let has_words = self.lines.get(head).is_some_and(|(_, own)| has_words(stripped(own)));
-        if has_words { head } else { head + 1 }
+    /// The first line of a program by that of its head, behind which there may be words.
+    fn first_of(&self, line: usize) -> usize {
+        let has_words = self.heads.get(&line).is_some_and(|head| head.has_words);
+        if has_words { line } else { line + 1 }
     }
 
     /// Whether the line directs the flow; then it is done.
@@ -339,6 +351,12 @@ impl<'t> Flow<'t> {
             return self.structured(content, line);
         }
         let content = stripped(content);
+        let is_head = |head: &&Head| !head.may_be_block() || self.called.contains(&head.number);
+        let head = self.heads.get(&line).filter(is_head).copied();
+        if let Err(what) = self.running.goes_on(content, head) {
+            self.ended = true;
+            return Err(what);
+        }
         match content.as_bytes().first() {
             Some(b'O' | b'o') => {
                 let own = o_word(content).map(Ok);

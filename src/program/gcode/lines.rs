@@ -63,7 +63,7 @@ impl Machine<'_> {
             [Some(x), Some(y), Some(z)] => self.line_to(line, Vector3::new(x, y, z), pace, corner),
             _ => {
                 self.cutter.goes_partly(line, end);
-                if pace == Pace::Rapid { Ok(()) } else { Err(self.cutter.unknown()) }
+                if pace == Pace::Rapid { Ok(()) } else { Err(self.cutter.unknown(line)) }
             }
         }
     }
@@ -79,7 +79,7 @@ impl Machine<'_> {
             return Err("a corner at the end of an arc is not supported".to_owned());
         }
         let pace = self.cutter.pace()?;
-        let start = self.cutter.place().ok_or("an arc from an unknown position")?;
+        let start = self.cutter.place().ok_or_else(|| self.cutter.unknown(line))?;
         let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
             return Err("an arc to an unknown position".to_owned());
         };
@@ -236,7 +236,7 @@ impl Machine<'_> {
         if self.rotary.moves_work() {
             return Err("an arc while a rotary axis of the work is used".to_owned());
         }
-        let start = self.cutter.place().ok_or("an arc from an unknown position")?;
+        let start = self.cutter.place().ok_or_else(|| self.cutter.unknown(line))?;
         match self.end_of(block)? {
             [Some(x), Some(y), Some(z)] => Ok([start, Vector3::new(x, y, z)]),
             _ => Err("an arc to an unknown position".to_owned()),

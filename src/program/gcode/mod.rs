@@ -38,12 +38,14 @@ mod patterns;
 mod places;
 mod quiet;
 mod rotary;
+mod running;
 mod shift;
 mod siemens;
 mod state;
 mod structure;
 mod structured;
 mod variables;
+mod words;
 
 use std::vec::Drain;
 
@@ -65,7 +67,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     log.expect_lines(lines.len());
     let mut machine = Machine::new(settings, log, changes_tools(&files.lines));
     machine.is_sinumerik = is_sinumerik;
-    let given = Given::new(&settings.assume, is_sinumerik);
+    let given = Given::new(&settings.assume, is_sinumerik, &files.lines);
     let mut flow = Flow::new(&files, Parameters::new(is_sinumerik, given));
     flow.parameters.diameter = machine.diameter();
     let mut block = Block::default();
@@ -128,6 +130,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     machine.cutter.log.within(String::new());
     let given = &flow.parameters.given;
     given.tell_unheeded(&settings.assume, is_sinumerik, lines, machine.cutter.log);
+    given.tell_unread(&files, machine.cutter.log);
     machine.tell_cuts_before_change();
     machine.cutter.tell_not_started();
     if !is_sinumerik {

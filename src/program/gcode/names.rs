@@ -5,9 +5,10 @@ use super::block::{Block, PLANE_TURN, Word};
 use super::parameters::Parameters;
 use super::siemens::DrillingCall;
 use super::state::{AXES, Machine, Motion};
+use crate::notes::Code;
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 42] = [
+const HARMLESS: [&str; 43] = [
     "FNORM",
     "DIAMOF",
     "MSG",
@@ -31,6 +32,7 @@ const HARMLESS: [&str; 42] = [
     "CFTCP",
     "CFC",
     "CFIN",
+    "CPRECOF",
     "G0DIST",
     "SETAL",
     "GROUP",
@@ -127,6 +129,19 @@ impl Machine<'_> {
         }
         if name == "SETMS" && matches!(inside.trim(), "" | "1") {
             // The first spindle is the master, as it is read.
+            return Ok(Name::None);
+        }
+        if name == "SETMS" {
+            return Err(format!(
+                "SETMS({inside}) makes another spindle the main one, and a program is read with \
+                 the first alone: not supported"
+            ));
+        }
+        if name == "CPRECON" && self.is_sinumerik {
+            // Siemens, SINUMERIK 840D sl/828D Fundamentals, "Contour accuracy".
+            let what = "CPRECON lowers the feed on bends to keep the contour, as far as setting \
+                        data of the control say, which are not read: the feed is taken as F";
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
             return Ok(Name::None);
         }
         if name == "T=" {

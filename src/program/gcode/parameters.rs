@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use super::assumed::{DIAMETER, Given, may_be_assumed};
+use super::words::is_r_parameter;
 use crate::program::span::{Held, Span};
 use crate::program::unread::read_of_lost;
 
@@ -18,7 +19,7 @@ pub(super) struct Parameters {
     named: HashMap<String, Held>,
     /// By name, what those that are not real numbers make of a value whenever they are set.
     rounded: HashMap<String, fn(f64) -> f64>,
-    /// Of Sinumerik's, in which R parameters alone are known to all programs.
+    /// Of Sinumerik's, in which R parameters and what the job declares are known to all programs.
     is_sinumerik: bool,
     /// Calls that are open; of a macro (G65), locals that were not given are vacant.
     are_macros: Vec<bool>,
@@ -142,6 +143,9 @@ impl Parameters {
             _ => false,
         };
         let found = self.held(key).map(|held| held.value).or(is_vacant.then_some(f64::NAN));
+        if let (Some(_), Ok(name)) = (found, key.name()) {
+            self.given.read_of_program(name);
+        }
         if *key == Key::Number(DIAMETER) {
             let found = found.or(self.diameter);
             return found.ok_or_else(|| {
@@ -166,6 +170,25 @@ impl Parameters {
     /// Whether the program has set it, or the job says what it is.
     pub(super) fn knows(&self, key: &Key) -> bool {
         self.held(key).is_some() || self.given.has(&key.in_job())
+    }
+
+    /// Whether a variable may be set: the program declares it or has set it before, or the job
+    /// declares it.
+    pub(super) fn may_set(&self, key: &Key) -> bool {
+        self.held(key).is_some() || self.given.declares(&key.in_job())
+    }
+
+    /// How the job may declare a variable that nothing declares.
+    pub(super) fn declared_by_job(&self, key: &Key) -> String {
+        let name = key.in_job();
+        let is_given = self.given.has(&name) || self.given.is_closed(&name);
+        match may_be_assumed(&name, self.is_sinumerik) && !is_given {
+            true => format!(
+                "; if it is a variable of the control's own definitions (GUD), declare it by \
+                 assume: {{\"{name}\": …}} in the job"
+            ),
+            false => String::new(),
+        }
     }
 
     /// Whether a name is that of an R parameter, or of a variable that has a value.
@@ -219,9 +242,10 @@ impl Parameters {
     }
 
     fn take_locals(&mut self) -> Locals {
-        let is_local: fn(&str) -> bool = match self.is_sinumerik {
-            true => |name| !is_r_parameter(name),
-            false => |name| !name.starts_with('_'),
+        let (is_sinumerik, given) = (self.is_sinumerik, &self.given);
+        let is_local = |name: &str| match is_sinumerik {
+            true => !is_r_parameter(name) && !given.declares(name),
+            false => !name.starts_with('_'),
         };
         let is_lost_here = |name: &String| match name.strip_prefix('#') {
             Some(number) => number.parse().is_ok_and(|number| (1..=33).contains(&number)),
@@ -243,9 +267,3 @@ fn truth(value: f64) -> f64 {
 
 /// What is wrong with a parameter that the program has not set.
 pub(super) const NOT_SET: &str = "is read, and the program has not set it";
-
-/// `r1` and on, of Sinumerik.
-pub(super) fn is_r_parameter(name: &str) -> bool {
-    let digits = name.strip_prefix('r').unwrap_or("");
-    !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
-}

@@ -1,8 +1,8 @@
 //! Variables of Sinumerik's: those that a program declares (DEF), its arrays, and the control's.
 
-use super::assumed::is_word;
 use super::expression::{Reader, not_vacant};
 use super::parameters::{Key, Parameters, Set};
+use super::words::is_word;
 
 /// Of an array.
 const MOST_ELEMENTS: u32 = 1000;
@@ -122,11 +122,13 @@ pub(super) fn element(
     at: usize,
     known: &Parameters,
 ) -> Result<(Key, usize), String> {
-    let wrong = || format!("'{name}[ ]' is no R parameter, and no element of an array of DEF");
+    let wrong = |more: &str| {
+        format!("'{name}[ ]' is no R parameter, and no element of an array of DEF{more}")
+    };
     let mut reader = Reader::new(line, at, known);
     let key = reader.indexed(name.to_ascii_lowercase()).map_err(|why| format!("{name}: {why}"))?;
-    if !(name == "R" || known.knows(&key)) {
-        return Err(wrong());
+    if !(name == "R" || known.may_set(&key)) {
+        return Err(wrong(&known.declared_by_job(&key)));
     }
-    if reader.take(b'=') { Ok((key, reader.at)) } else { Err(wrong()) }
+    if reader.take(b'=') { Ok((key, reader.at)) } else { Err(wrong("")) }
 }

@@ -67,7 +67,9 @@ impl<'t> Block<'t> {
     pub(super) fn loose(&self) -> Option<String> {
         let from = match self.name(0) {
             "L" | "C" | "CR" | "CT" | "CP" | "LP" | "APPR" | "DEP" => 1,
-            "CC" | "RND" | "CHF" | "TRANS" => 1,
+            "CC" | "RND" | "CHF" => 1,
+            // A mirror names axes alone.
+            "TRANS" if self.name(1) == "DATUM" => 1,
             // Behind the number of the tool.
             "TOOL" | "CYCL" if self.name(1) == "CALL" => 3,
             _ => return None,

@@ -314,7 +314,7 @@ impl Reader<'_, '_> {
             return Err("CYCL CALL POS to an unknown position".to_owned());
         };
         if self.cutter.place().is_none() && pace != Pace::Rapid {
-            return Err(self.cutter.unknown());
+            return Err(self.cutter.unknown(line));
         }
         let surface = self.mm(surface) + self.shift.z + z;
         // From an unknown height the tool goes to that of the cycle at once.

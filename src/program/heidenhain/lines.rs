@@ -195,7 +195,7 @@ impl Reader<'_, '_> {
             }
             _ => {
                 self.cutter.goes_partly(line, end);
-                if pace == Pace::Rapid { Ok(()) } else { Err(self.cutter.unknown()) }
+                if pace == Pace::Rapid { Ok(()) } else { Err(self.cutter.unknown(line)) }
             }
         }
     }
@@ -293,7 +293,7 @@ impl Reader<'_, '_> {
     }
 
     pub(super) fn arc(&mut self, line: usize, block: &Block<'_>, pace: Pace) -> Result<(), String> {
-        let start = self.cutter.place().ok_or("an arc from an unknown position")?;
+        let start = self.cutter.place().ok_or_else(|| self.cutter.unknown(line))?;
         let clockwise = match block.word("DR").and_then(|word| word.sign) {
             Some(is_positive) => !is_positive,
             None => return Err("an arc without DR+ or DR-".to_owned()),

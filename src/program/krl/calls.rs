@@ -2,7 +2,7 @@
 
 use super::run::{Flow, Frame, Run, given};
 use super::syntax::{Expr, Path, Routine};
-use super::value::{Value, is_position};
+use super::value::{Type, Value, is_position};
 use super::walk::paths_in;
 use super::words::{MAY_SET, fills, is_harmless, sets_motion, sounds_like_motion};
 use crate::notes::Code;
@@ -88,7 +88,18 @@ impl<'a> Run<'a> {
         for arg in args {
             if let Some(Expr::Ref(path)) = arg {
                 let (shown, by) = (path.name.to_uppercase(), name.to_uppercase());
-                let what = format!("{by} fills in '{shown}': known only at run time");
+                // Of structures the job gives no components here.
+                let hint = match self.type_of(&path.name) {
+                    None | Some(Type::Int | Type::Real) if !path.name.starts_with('$') => format!(
+                        "assume: {{\"{shown}\": …}} in the job can give it where {shown} is a \
+                         number, not an array or a structure"
+                    ),
+                    _ => format!(
+                        "assume: cannot give it; in the file that is checked set {shown} in place \
+                         of {by}"
+                    ),
+                };
+                let what = format!("{by} fills in '{shown}': known only at run time; {hint}");
                 if sets_motion(&path.name) {
                     self.log.error(Code::Motion, self.line, what.clone());
                 }
@@ -186,11 +197,14 @@ impl<'a> Run<'a> {
         for (own, value) in set {
             for (name, key, fields) in &references {
                 let Some(indices) = own.strip_prefix(name) else { continue };
-                if indices.is_empty() {
-                    self.give_back(&routine.shown, key.clone(), fields, value.clone());
-                } else if indices.starts_with('[') {
-                    let key = format!("{key}{indices}");
-                    self.give_back(&routine.shown, key, &[], value.clone());
+                let (key, fields) = match indices {
+                    "" => (key.clone(), *fields),
+                    _ if indices.starts_with('[') => (format!("{key}{indices}"), &[][..]),
+                    _ => continue,
+                };
+                self.give_back(&routine.shown, key.clone(), fields, value.clone());
+                if let Some(counter) = frame.counted.get(own) {
+                    self.rests(key, counter.clone());
                 }
             }
         }

@@ -188,6 +188,7 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn datum(&mut self, key: &str) -> Value {
+        self.asks_for(key);
         let own = match self.frames.last().filter(|frame| frame.has(key)) {
             Some(frame) => Some(frame.data.get(key).cloned().unwrap_or_else(|| unset(key))),
             // What is worked out anew all the time.
@@ -220,7 +221,7 @@ impl<'a> Run<'a> {
             (None, None) => {}
         }
         match key {
-            "$nullframe" => of_frame(&Isometry3::identity()),
+            "$nullframe" | "tool_data[0]" => of_frame(&Isometry3::identity()),
             "$world" => of_frame(&self.settings.base_frames.get(&0).copied().unwrap_or_default()),
             "$pos_act" | "$pos_ret" | "$pos_int" => self.position(),
             "$base" => match &self.no_base {
@@ -230,7 +231,10 @@ impl<'a> Run<'a> {
                     of_frame(&self.base)
                 }
             },
-            "$tool" => of_frame(&self.tcp),
+            "$tool" => {
+                self.tell_of_flange(self.line);
+                of_frame(&self.tcp)
+            }
             "$vel" => self.speeds(),
             _ if key.starts_with("tool_data[") => self.of_job(key, tool_frame),
             _ if key.starts_with("base_data[") => self.of_job(key, base_frame),
@@ -260,6 +264,7 @@ impl<'a> Run<'a> {
             _ if self.no_base.is_some() => Value::unknown("the base is not known"),
             Some(last) if !self.log.is_away() => {
                 self.tell_of_world();
+                self.tell_of_flange(self.line);
                 of_frame(&(self.base.inverse() * last.with(&self.tcp)))
             }
             _ if self.has_left || self.log.has_moved() => {
@@ -285,6 +290,9 @@ impl<'a> Run<'a> {
         value: Value,
     ) -> Result<(), String> {
         let scope = self.scope(&key);
+        if fields.is_empty() {
+            self.counted(&key).remove(&key);
+        }
         let is_it = |own: &&Beside| [key.as_str(), base(&key)].contains(&own.key.as_str());
         let beside = self.beside.iter().find(|own| own.scope == scope && is_it(own));
         let value = beside.map_or(value, |own| Value::unknown(own.why.clone()));

@@ -92,6 +92,7 @@ impl<'a> Run<'a> {
         six[index] = value.num()?;
         if which == TOOL {
             self.log.tcp_of(None);
+            self.tell_of_flange(self.line);
         }
         Ok(pose(six))
     }
@@ -102,9 +103,9 @@ impl<'a> Run<'a> {
         value: &Value,
     ) -> Result<Isometry3<f64>, String> {
         let own = frame(value.parts()?)?;
+        self.is_flange = own == Isometry3::identity() && self.has_other_flange();
         if own == Isometry3::identity() {
-            self.told_of_flange(line);
-            return Ok(self.settings.tcp.unwrap_or_default());
+            return tool_frame(self.settings, 0.0, "TOOL_DATA");
         }
         if self.settings.tcp.is_some() {
             let what = "the program declares its tool: the job's tcp is not used there";
@@ -155,19 +156,25 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// To the controller $NULLFRAME and tool 0 are the flange.
-    fn told_of_flange(&mut self, line: usize) {
-        if self.settings.tcp.is_some_and(|tcp| tcp != Isometry3::identity()) {
-            let what = "the program has no tool here ($NULLFRAME): the job's tcp is taken for it";
-            self.log.warning(Code::Assumed, line, what);
+    /// To the controller $NULLFRAME and tool 0 are the flange; a job may mean it by its tcp.
+    pub(super) fn tell_of_flange(&mut self, line: usize) {
+        if self.is_flange {
+            let what = "the tool is the flange ($NULLFRAME, tool 0), and the job's tcp is taken \
+                        for it: path.program.tool_frames: {0: …} in the job says where tool 0 is, \
+                        {xyz_m: [0, 0, 0]} for the flange";
+            self.log.warning(Code::ChangeIgnored, line, what);
         }
+    }
+
+    /// Whether the job has a tcp elsewhere than in the flange, and does not say where tool 0 is.
+    fn has_other_flange(&self) -> bool {
+        self.settings.tcp.is_some_and(|tcp| tcp != Isometry3::identity())
+            && !self.settings.tool_frames.contains_key(&0)
     }
 
     pub(super) fn take_tool(&mut self, number: f64) -> Result<(), String> {
         self.tcp = self.tool_frame(number)?;
-        if number == 0.0 && !self.settings.tool_frames.contains_key(&0) {
-            self.told_of_flange(self.line);
-        }
+        self.is_flange = number == 0.0 && self.has_other_flange();
         let of_file = self.globals.get(&format!("tool_data[{number}]"));
         let is_of_file = matches!(of_file, Some(Value::Parts(_)));
         let of_job = tool_number(number).ok().filter(|_| !is_of_file);

@@ -4,9 +4,9 @@
 use std::collections::HashSet;
 
 use super::run::{Beside, Run};
-use super::syntax::{Block, Expr, Path, What};
+use super::syntax::{Block, Expr, Path, Routine, What};
 use super::walk::{blocks_in, expressions, functions_in};
-use super::words::{is_harmless, is_own_function, sets_motion};
+use super::words::{fills, is_harmless, is_own_function, sets_motion};
 use crate::notes::Code;
 
 /// What an interrupt or a trigger does that is not read.
@@ -14,10 +14,16 @@ use crate::notes::Code;
 struct Unread<'a> {
     /// With motion, or with what motion depends on.
     motion: Option<String>,
-    /// What it sets, and to what.
-    sets: Vec<(&'a Path, Option<&'a Expr>)>,
-    /// What its own routines declare.
-    own: HashSet<&'a str>,
+    /// What it sets beside what its own routines declare, and to what.
+    sets: Vec<Set<'a>>,
+}
+
+#[derive(Clone, Copy)]
+struct Set<'a> {
+    path: &'a Path,
+    expr: Option<&'a Expr>,
+    /// Whether a routine that is called sets it: the name is none of the program that is read.
+    is_called: bool,
 }
 
 impl<'a> Run<'a> {
@@ -81,40 +87,66 @@ impl<'a> Run<'a> {
             let what = format!("{by} {motion} when it comes: this is not read");
             self.log.warning(Code::MotionLeftOut, line, what);
         }
-        for (path, expr) in unread.sets {
-            self.doubt_set(line, path);
-            if !unread.own.contains(path.name.as_str()) {
-                self.doubt_undeclared(line, path, expr);
+        for set in unread.sets {
+            // What data lists declare hides behind data of the routine that runs.
+            let is_for_all = set.is_called && self.types.contains_key(&set.path.name);
+            let hidden = if is_for_all { std::mem::take(&mut self.frames) } else { Vec::new() };
+            self.set_beside(line, by, interrupt.as_ref(), set);
+            self.frames.extend(hidden);
+        }
+    }
+
+    fn set_beside(&mut self, line: usize, by: &str, interrupt: Option<&String>, set: Set<'a>) {
+        let Set { path, expr, .. } = set;
+        self.doubt_set(line, path);
+        self.doubt_undeclared(line, path, expr);
+        let why = format!("'{}' is set by {by}: known only at run time", path.name);
+        // By other numbers it may then be any element.
+        let is_fixed = path.indices.iter().all(|index| matches!(index, Expr::Number(..)));
+        let key = match self.key(path) {
+            Ok(key) if is_fixed => {
+                self.forget(path, &why);
+                key
             }
-            let what = format!("'{}' is set by {by}: known only at run time", path.name);
-            self.forget(path, &what);
-            if unread.own.contains(path.name.as_str()) {
-                continue;
+            _ => {
+                self.forget_element(path, &why);
+                path.name.clone()
             }
-            let is_fixed = path.indices.iter().all(|index| matches!(index, Expr::Number(..)));
-            let key = self.key(path).ok().filter(|_| is_fixed);
-            let key = key.unwrap_or_else(|| path.name.clone());
-            let scope = self.scope(&key);
-            let own = Beside { interrupt: interrupt.clone(), key, scope, why: what };
-            if !self.beside.contains(&own) {
-                self.beside.push(own);
-            }
+        };
+        let scope = self.scope(&key);
+        let own = Beside { interrupt: interrupt.cloned(), key, scope, why };
+        if !self.beside.contains(&own) {
+            self.beside.push(own);
         }
     }
 
     /// What a statement and all that it calls would do.
-    fn unread(&self, what: &'a What) -> Unread<'a> {
+    fn unread(&self, action: &'a What) -> Unread<'a> {
         let mut found = Unread::default();
         let mut seen = HashSet::new();
-        let mut open = vec![what];
-        while let Some(what) = open.pop() {
-            let mut bodies = blocks_in(what);
+        // Each with the routine that it stands in, where that is called.
+        let mut open: Vec<(&'a What, Option<&'a Routine>)> = vec![(action, None)];
+        while let Some((what, routine)) = open.pop() {
+            let mut set = |path: &'a Path, expr| {
+                if routine.is_none_or(|own| !own.declares(&path.name)) {
+                    found.sets.push(Set { path, expr, is_called: routine.is_some() });
+                }
+            };
+            let mut bodies = vec![];
             let not_read =
                 |name| Some(format!("calls '{name}', which is in no file that is read,"));
             let mut unread = None;
+            for (name, path) in self.by_reference(what) {
+                if sets_motion(&path.name) {
+                    let shown = path.name.to_uppercase();
+                    found.motion.get_or_insert_with(|| format!("lets '{name}' set {shown}"));
+                } else {
+                    set(path, None);
+                }
+            }
             for (name, _) in functions_in(expressions(what)) {
                 match self.file.functions.get(name) {
-                    Some(routine) if seen.insert(name) => bodies.push(&routine.body),
+                    Some(routine) if seen.insert(name) => bodies.push(routine),
                     None if !is_own_function(name) => unread = not_read(name),
                     _ => {}
                 }
@@ -125,19 +157,23 @@ impl<'a> Run<'a> {
                     Some(format!("sets {}", path.name.to_uppercase()))
                 }
                 What::Assign(path, expr) => {
-                    found.sets.push((path, Some(expr)));
+                    set(path, Some(expr));
+                    None
+                }
+                What::For(path, ..) => {
+                    set(path, None);
                     None
                 }
                 What::Call(name, args) if name == "pulse" => {
                     if let Some(Some(Expr::Ref(path))) = args.first() {
-                        found.sets.push((path, None));
+                        set(path, None);
                     }
                     None
                 }
                 What::Call(name, _) => match self.file.routine(name) {
                     Some(routine) => {
                         if seen.insert(name) {
-                            bodies.push(&routine.body);
+                            bodies.push(routine);
                         }
                         None
                     }
@@ -148,16 +184,41 @@ impl<'a> Run<'a> {
                     Some("does what is not understood".to_owned())
                 }
                 What::Trigger(Some(action)) => {
-                    open.push(action);
+                    open.push((action, routine));
                     None
                 }
                 _ => None,
             };
-            if let What::Declare(_, paths, _) = what {
-                found.own.extend(paths.iter().map(|path| path.name.as_str()));
-            }
             found.motion = found.motion.or(motion).or(unread);
-            open.extend(bodies.into_iter().flatten().map(|statement| &statement.what));
+            let inner = blocks_in(what).into_iter().map(|block| (block, routine));
+            let called = bodies.into_iter().map(|own| (&own.body, Some(own)));
+            for (block, of) in inner.chain(called) {
+                open.extend(block.iter().map(|statement| (&statement.what, of)));
+            }
+        }
+        found
+    }
+
+    /// Data that a statement gives by reference to routines of the files, with their names, and
+    /// that CREAD and the like fill in.
+    fn by_reference(&self, what: &'a What) -> Vec<(&'a str, &'a Path)> {
+        let mut calls = functions_in(expressions(what));
+        if let What::Call(name, args) = what {
+            calls.push((name, args));
+        }
+        let mut found = Vec::new();
+        for (name, args) in calls {
+            let parameters = self.file.routine(name).map(|own| own.parameters.as_slice());
+            for (index, arg) in args.iter().enumerate() {
+                let parameter = parameters.map(|all| all.get(index));
+                let may_be_set = match parameter {
+                    Some(parameter) => parameter.is_some_and(|own| !own.is_by_value),
+                    None => fills(name),
+                };
+                if let (true, Some(Expr::Ref(path))) = (may_be_set, arg) {
+                    found.push((name, path));
+                }
+            }
         }
         found
     }
@@ -179,8 +240,8 @@ impl<'a> Run<'a> {
                 };
                 let sets = self.unread(action).sets.into_iter();
                 let signals = &self.file.signals;
-                for (path, _) in sets {
-                    let key = signals.key(fixed_key(path));
+                for set in sets {
+                    let key = signals.key(fixed_key(set.path));
                     found.extend(signals.shared_with(&key));
                     found.extend(key.starts_with('$').then_some(key));
                 }

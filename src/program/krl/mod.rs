@@ -7,6 +7,7 @@
 //! on PTP; S is left out. The world frame is taken to be the base frame.
 
 mod calls;
+mod counters;
 mod cursor;
 mod eval;
 mod forms;

@@ -24,7 +24,7 @@ const LOADS: usize = 16;
 type Kept = (
     (Option<f64>, Option<String>, Shares, [Option<f64>; 2]),
     Turns,
-    ((Isometry3<f64>, Option<Tool>), (Isometry3<f64>, Option<String>, Option<OfWorld>)),
+    ((Isometry3<f64>, Option<Tool>, bool), (Isometry3<f64>, Option<String>, Option<OfWorld>)),
     Option<(String, [bool; 2])>,
     Option<Arc<Load>>,
 );
@@ -342,7 +342,7 @@ impl<'a> Run<'a> {
     fn kept(&self) -> Kept {
         let unsure = self.unsure_velocity.clone();
         let speeds = (self.velocity, unsure, self.shares, self.turning);
-        let tool = (self.tcp, self.log.tool_of_tcp());
+        let tool = (self.tcp, self.log.tool_of_tcp(), self.is_flange);
         let frames = (tool, (self.base, self.no_base.clone(), self.of_world));
         (speeds, self.turns, frames, self.unknown_form.clone(), self.log.carried())
     }
@@ -351,7 +351,7 @@ impl<'a> Run<'a> {
         let (speeds, tool, base, load);
         (speeds, self.turns, (tool, base), self.unknown_form, load) = kept;
         (self.base, self.no_base, self.of_world) = base;
-        self.tcp = tool.0;
+        (self.tcp, self.is_flange) = (tool.0, tool.2);
         self.log.tcp_of(tool.1);
         self.log.load(load.as_ref());
         (self.velocity, self.unsure_velocity, self.shares, self.turning) = speeds;
@@ -416,6 +416,7 @@ impl<'a> Run<'a> {
         if let Some((why, _)) = &self.unknown_form {
             return Err(why.clone());
         }
+        self.tell_of_flange(line);
         let end = self.target(parts, motion)?;
         // The controller turns the arm on PTP alone.
         let asked = (motion.way == Way::Joint).then(|| self.configuration(parts)).flatten();

@@ -307,17 +307,7 @@ impl<'a> Run<'a> {
 
     /// Whether others may change a datum: no constant, none of a routine, not where the robot is.
     fn may_change(&self, name: &str, routine: Option<&Routine>) -> bool {
-        let declares = |what: &What| match what {
-            What::Declare(_, paths, _) => paths.iter().any(|path| path.name == name),
-            _ => false,
-        };
-        let is_own = match routine {
-            None => self.is_own(name),
-            Some(routine) => {
-                routine.parameters.iter().any(|own| own.name == name)
-                    || routine.body.iter().any(|own| declares(&own.what))
-            }
-        };
+        let is_own = routine.map_or_else(|| self.is_own(name), |own| own.declares(name));
         let is_place = name.starts_with("$pos_") || name.starts_with("$axis_");
         !is_own && !is_place && !self.file.constants.contains(name)
     }

@@ -15,9 +15,9 @@ use super::value::Type;
 use super::words::{fills, is_harmless_keyword, is_predefined_type};
 use crate::wording::counted;
 
-const DISPLAY: &str = "this is what the pendant shows of an inline form, without its data: take \
-                       the .src file from the controller, where lines with BAS and the data stand \
-                       in folds";
+const DISPLAY: &str = "this is what the pendant shows of an inline form, without its code: take \
+                       the .src file from the controller, where the code stands in folds (BAS and \
+                       the data of a move, $OUT[n]=… of an output)";
 
 /// Parses a file into `file`; the routines of the main one, number 0, may be where the program
 /// starts. `names` are those that stand for others in it.
@@ -278,6 +278,7 @@ impl Parser {
                 Ok(What::Call(first.clone(), Vec::new()))
             }
             word if is_harmless_keyword(word) => Ok(What::Call(first.clone(), Vec::new())),
+            _ if as_shown => Err(DISPLAY.to_owned()),
             _ => {
                 let what = cursor.other()?;
                 cursor.ended(what)
@@ -337,12 +338,18 @@ impl Parser {
     }
 }
 
-/// `PTP P1 Vel=80 % PDAT1 Tool[1]`: what the pendant shows of an inline form.
+/// `PTP P1 Vel=80 % PDAT1 Tool[1]`, `OUT 1 'grip' State=TRUE`: what the pendant shows of an inline
+/// form.
 fn is_display(text: &str) -> bool {
     let text = text.split(';').next().unwrap_or("").to_ascii_lowercase();
     let mut words = text.split_whitespace();
-    let is_move = matches!(words.next(), Some("ptp" | "lin" | "circ" | "sptp" | "slin" | "scirc"));
-    is_move && words.any(|word| word.starts_with("vel="))
+    let states = match words.next() {
+        Some("ptp" | "lin" | "circ" | "sptp" | "slin" | "scirc") => "vel=",
+        Some("out" | "syn" | "pulse") => "state=",
+        _ => return false,
+    };
+    // `OUT = STATE==1` compares.
+    words.any(|word| word.strip_prefix(states).is_some_and(|rest| !rest.starts_with('=')))
 }
 
 fn is_word(token: &Kind, words: &[&str]) -> bool {

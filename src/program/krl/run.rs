@@ -30,6 +30,8 @@ const ENDLESS: &str =
 pub(super) struct Frame {
     pub(super) data: HashMap<String, Value>,
     pub(super) types: HashMap<String, Type>,
+    /// Data that rest on the counter of a FOR loop behind it, with that.
+    pub(super) counted: HashMap<String, String>,
 }
 
 impl Frame {
@@ -78,6 +80,10 @@ pub(super) struct Run<'a> {
     pub(super) forgotten: HashSet<String>,
     /// Components that the program has set of data that no file declares, by their whole names.
     pub(super) components: HashMap<String, Value>,
+    /// Data for all that rest on the counter of a FOR loop behind it, with that.
+    pub(super) counted: HashMap<String, String>,
+    /// The counter that the statement which runs rests on.
+    pub(super) rests_on: Option<String>,
     /// What may be set under a condition that only the run decides, while that is read.
     pub(super) open_sets: HashSet<&'a str>,
     /// Signals that triggers, interrupts and pulses set.
@@ -109,6 +115,8 @@ pub(super) struct Run<'a> {
     pub(super) beside: Vec<Beside>,
     pub(super) budget: usize,
     pub(super) tcp: Isometry3<f64>,
+    /// To the controller the tool is the flange, and the job's tcp is taken for it.
+    pub(super) is_flange: bool,
     pub(super) base: Isometry3<f64>,
     /// Why the base that the program has chosen is not known.
     pub(super) no_base: Option<String>,
@@ -156,6 +164,8 @@ impl<'a> Run<'a> {
             globals: HashMap::new(),
             forgotten: HashSet::new(),
             components: HashMap::new(),
+            counted: HashMap::new(),
+            rests_on: None,
             open_sets: HashSet::new(),
             timed: HashSet::new(),
             given_on: HashSet::new(),
@@ -174,6 +184,7 @@ impl<'a> Run<'a> {
             beside: Vec::new(),
             budget: file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             tcp: settings.tcp.unwrap_or_default(),
+            is_flange: false,
             base: settings.work_object.unwrap_or_default(),
             no_base: None,
             of_world: None,
@@ -342,7 +353,12 @@ impl<'a> Run<'a> {
             self.comments.heed(line, self.log);
         }
         self.depth += 1;
+        let outer = self.rests_on.take();
         let flow = self.inside(line, &statement.what);
+        if let Some(counter) = self.rests_on.take() {
+            self.tell_counter(line, &statement.what, counter);
+        }
+        self.rests_on = outer;
         self.depth -= 1;
         flow
     }
@@ -467,69 +483,6 @@ impl<'a> Run<'a> {
                 (None, None) => {}
             }
         }
-    }
-
-    fn for_loop(
-        &mut self,
-        line: usize,
-        variable: &'a Path,
-        parts: [Option<&'a Expr>; 3],
-        body: &'a Block,
-    ) -> Flow {
-        let mut numbers = [None; 3];
-        for (number, expr) in numbers.iter_mut().zip(parts) {
-            match expr.map(|expr| self.eval(expr).num()) {
-                None => {}
-                Some(Ok(value)) => *number = Some(value),
-                Some(Err(why)) => {
-                    const NONE: &Block = &Block::new();
-                    self.forget_under(variable, &why);
-                    self.undecided(line, "FOR", &why, [body, NONE]);
-                    return Flow::Next;
-                }
-            }
-        }
-        let [Some(from), Some(to), step] = numbers else { return Flow::Next };
-        let step = step.unwrap_or(1.0);
-        if step == 0.0 {
-            self.log.error(Code::Value, line, "FOR: STEP is 0");
-            return Flow::Next;
-        }
-        let mut at = from;
-        while (if step > 0.0 { at <= to } else { at >= to }) && self.another(line) {
-            // The counter is an INT.
-            let sort = if at.fract() == 0.0 { Sort::Whole } else { Sort::Real };
-            let count = Value::Num(at, None, sort);
-            let Some(key) = self.key(variable).ok().filter(|_| variable.fields.is_empty()) else {
-                self.log.error(Code::Value, line, "FOR: what counts is not a name");
-                return Flow::Next;
-            };
-            self.store(&key).insert(key.clone(), count.clone());
-            match self.block(body) {
-                Flow::Next if self.store(&key).get(&key) != Some(&count) => {
-                    let what = format!(
-                        "FOR: the loop sets {}, which it counts by, and how often it then runs is \
-                         not read: use WHILE",
-                        variable.name.to_uppercase()
-                    );
-                    self.log.error(Code::Value, line, what);
-                    return Flow::Next;
-                }
-                Flow::Next => {}
-                Flow::Exit => return Flow::Next,
-                flow => return flow,
-            }
-            at += step;
-        }
-        if let Ok(key) = self.key(variable) {
-            let name = variable.name.to_uppercase();
-            let why = format!(
-                "{name} has counted a FOR loop, and whether it ends at the last value or at the \
-                 one behind it is not known: set {name} anew"
-            );
-            self.store(&key).insert(key, Value::unknown(why));
-        }
-        Flow::Next
     }
 
     /// WHILE, REPEAT, and LOOP with a way out.

@@ -117,6 +117,18 @@ pub(super) struct Routine {
     pub(super) gives: Option<Type>,
 }
 
+impl Routine {
+    /// Whether a name is of one of its parameters or of what it declares.
+    pub(super) fn declares(&self, name: &str) -> bool {
+        let declares = |what: &What| match what {
+            What::Declare(_, paths, _) => paths.iter().any(|path| path.name == name),
+            _ => false,
+        };
+        self.parameters.iter().any(|own| own.name == name)
+            || self.body.iter().any(|own| declares(&own.what))
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Parameter {
     pub(super) name: String,

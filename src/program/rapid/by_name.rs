@@ -1,6 +1,7 @@
 //! Calls of procedures by a name in a string: `%"weld"+ValToStr(n)% p10;`, `CallByVar "weld",n;`.
 
 use super::cursor::Parsed;
+use super::instructions::motion;
 use super::interpreter::{Flow, Interpreter};
 use super::number::WRITE;
 use super::syntax::{Args, Block, Expr, Name, Operator, Statement, What};
@@ -59,11 +60,7 @@ impl<'a> Interpreter<'a> {
                 let found = among.iter().find(|(own, _)| *own == text.to_lowercase());
                 return match found {
                     Some((_, call)) => self.block(call),
-                    None => {
-                        self.not_in_file(line, text);
-                        self.lose_arguments(&Name::new(text), args);
-                        Flow::Next
-                    }
+                    None => self.call_of_controller(line, &Name::new(text), args),
                 };
             }
             Value::Unknown(why) => why.to_string(),
@@ -73,5 +70,17 @@ impl<'a> Interpreter<'a> {
         let what = format!("{SHOWN} decides about motion at run time: {why}");
         self.log.error(Code::Motion, line, what);
         Flow::Next
+    }
+
+    /// A call by a name that no procedure of the files has.
+    fn call_of_controller(&mut self, line: usize, name: &Name, args: &'a Args) -> Flow {
+        let Some(motion) = motion(&name.key) else {
+            self.not_in_file(line, &name.shown);
+            self.lose_arguments(name, args);
+            return Flow::Next;
+        };
+        let flow = self.move_by(line, motion, name, args);
+        self.pass_time(&name.key);
+        flow
     }
 }

@@ -5,6 +5,9 @@ use std::rc::Rc;
 use super::number::Number;
 use super::value::{Value, load0};
 
+/// The speeddata of the controller's own that programs set.
+pub(super) const VMAX: &str = "vmax";
+
 /// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
 pub(super) const VMAX_MM_PER_S: f64 = 5000.0;
 
@@ -112,7 +115,7 @@ pub(super) fn predefined(key: &str) -> Option<(Value, &'static str)> {
         "load0" => (load0(), "loaddata"),
         // A zone, of which the first part alone is asked for: whether the arm stops.
         "fine" => (Value::List(vec![Value::Bool(true)]), "zonedata"),
-        "vmax" => (speed(Number::of(VMAX_MM_PER_S).of_robot()), "speeddata"),
+        VMAX => (speed(Number::of(VMAX_MM_PER_S).of_robot()), "speeddata"),
         "stempty" => (Value::Text(Rc::from("")), "string"),
         // What ReadStr gives at the end of a file.
         "eof" => (Value::Text(Rc::from("EOF")), "string"),

@@ -33,6 +33,12 @@ impl<'a> Interpreter<'a> {
             return;
         }
         self.budget = budget(self.file);
+        // What the job says holds at its start as at that of the first.
+        for key in std::mem::take(&mut self.awaited) {
+            self.forgotten.remove(&key);
+        }
+        self.speeds_of_job.clear();
+        self.objects_of_job.clear();
         let log = self.log.beside();
         let of_first = std::mem::replace(&mut *self.log, log);
         self.call_routine(start, args);

@@ -1,7 +1,7 @@
 //! Expressions → values. What cannot be known from the file is [`Value::Unknown`] with the reason,
 //! and becomes a fault only where motion depends on it.
 
-use super::constants::{predefined, stop_point};
+use super::constants::{VMAX, predefined, stop_point};
 use super::functions::{self, Given};
 use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH, TOO_DEEP};
@@ -334,8 +334,12 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Data that every controller has, or a part of one.
-    fn predefined_part(&self, path: &Path) -> Option<Value> {
-        let (mut value, mut kind) = predefined(&path.name.key)?;
+    pub(super) fn predefined_part(&self, path: &Path) -> Option<Value> {
+        let key = path.name.key.as_str();
+        let (mut value, mut kind) = predefined(key)?;
+        if let Some(own) = self.assigned.get(key).filter(|_| key == VMAX) {
+            value = own.clone();
+        }
         for step in &path.steps {
             let Step::Field(name) = step else { return None };
             let (index, inner) = field(self.file, kind, name)?;
@@ -565,7 +569,10 @@ impl<'a> Interpreter<'a> {
             Some(Err(why)) if name.key == "dim" && self.is_missed(args) => {
                 Value::unknown(format!("{}: {why}; {FILE}", name.shown))
             }
-            Some(Err(why)) => Value::unknown(format!("{}: {why}", name.shown)),
+            Some(Err(why)) => {
+                let help = self.help_of_shift(&name.key, args, &why);
+                Value::unknown(format!("{}: {why}{help}", name.shown))
+            }
             None => {
                 self.fill(name, args);
                 if !is_own_function(&name.key) {

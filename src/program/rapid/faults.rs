@@ -4,7 +4,7 @@
 
 use std::collections::HashSet;
 
-use super::constants::{is_error, predefined};
+use super::constants::{VMAX, is_error, predefined};
 use super::eval::{Scope, beyond};
 use super::interpreter::Interpreter;
 use super::operators::equal;
@@ -105,7 +105,8 @@ impl<'a> Interpreter<'a> {
         let is_constant = match (local, self.file.data.get(key)) {
             (Some(datum), _) => datum.is_constant,
             (None, Some(data)) => data.is_constant,
-            (None, None) => predefined(key).is_some(),
+            // Some controllers take it.
+            (None, None) => key != VMAX && predefined(key).is_some(),
         };
         if is_constant {
             let what = format!(

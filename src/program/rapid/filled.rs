@@ -160,6 +160,9 @@ impl<'a> Interpreter<'a> {
         let key = path.name.key.as_str();
         let own = path.is_whole().then(|| self.said_by_job(key)).flatten();
         let shown = &path.name.shown;
+        if own.is_some() {
+            self.doubt_namesake(&path.name);
+        }
         let hint = match path.is_whole() && self.is_single(key) {
             true => format!("assume: {{\"{shown}\": …}} in the job can give it"),
             false => format!("{WHOLE}: {help}{COPY}"),
@@ -189,18 +192,24 @@ impl<'a> Interpreter<'a> {
     /// another task has set it. Runs the functions in the condition.
     pub(super) fn waited(&mut self, args: &'a Args) {
         let Some(condition) = args.positional.first() else { return };
-        if self.eval(condition).bool() != Ok(false) {
-            return;
+        let is_false = self.eval(condition).bool() == Ok(false);
+        if is_false {
+            // The procedure of a move before may set it.
+            let line = self.line;
+            if self.waits_for_late(line, "WaitUntil", condition)
+                && self.eval(condition).bool() != Ok(false)
+            {
+                return;
+            }
+            for name in names_in(vec![condition]) {
+                self.set_while(name, "WaitUntil", true);
+            }
         }
-        // The procedure of a move before may set it.
-        let line = self.line;
-        if self.waits_for_late(line, "WaitUntil", condition)
-            && self.eval(condition).bool() != Ok(false)
-        {
-            return;
-        }
-        for name in names_in(vec![condition]) {
-            self.set_while(name, "WaitUntil", true);
+        // A function of the program runs once: it may set data.
+        match self.asks_own_function(condition) {
+            true if is_false => self.lose_assumed(condition),
+            true => {}
+            false => self.lose_awaited(condition),
         }
     }
 

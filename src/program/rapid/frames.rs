@@ -132,8 +132,7 @@ impl<'a> Interpreter<'a> {
             (Value::Unknown(why), Some(frame)) => {
                 let mut code = self.code_of_assumed(args.optional_value("wobj"), why);
                 let mut what = format!("work object: {why}; the job's work_object is used");
-                self.objects_of_job.insert(why.of_other_file().unwrap_or(why).to_lowercase());
-                if self.objects_of_job.len() > 1 {
+                if why.is_another(&mut self.objects_of_job) {
                     // They differ, or there would be one.
                     code = Code::ChangeIgnored;
                     what.push_str(" for more than one of them");

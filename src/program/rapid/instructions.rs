@@ -253,7 +253,14 @@ pub(super) fn is_ignored(key: &str) -> bool {
     MONITORS.contains(&key)
         || matches!(
             key,
-            "waituntil" | "worldacclim" | "write" | "writeanybin" | "writebin" | "break"
+            "aliasio"
+                | "aliasioreset"
+                | "waituntil"
+                | "worldacclim"
+                | "write"
+                | "writeanybin"
+                | "writebin"
+                | "break"
         )
         || IGNORED.contains(&key)
         || BESIDE.split_ascii_whitespace().any(|own| own == key)

@@ -58,6 +58,17 @@ pub(super) enum Global {
     Known(Value),
 }
 
+/// A datum that the job's word has filled in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Filled<'a> {
+    /// The routine that has it; none: the module.
+    pub(super) routine: Option<&'a str>,
+    /// The datum of the module that it is, or is another name of.
+    pub(super) of_module: Option<&'a str>,
+    /// Whether more depends on it than what is shown.
+    pub(super) decides: bool,
+}
+
 /// What handlers of errors may set, by name in lower case.
 #[derive(Debug, Default)]
 pub(super) struct Handled<'a> {
@@ -124,6 +135,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) starts_at_main: bool,
     /// How many of the routines that run have handlers of errors.
     pub(super) handlers: usize,
+    /// The last call that is in no file.
+    pub(super) called_elsewhere: Option<String>,
     /// Of how many AND and OR in one another the second side is worked out that may not count.
     pub(super) guarded: usize,
     /// The last line at which the controller stops as it works something out.
@@ -144,6 +157,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) analog: Analog,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
+    /// Those of them of which it has only waited for another value than the job assumes.
+    pub(super) awaited: HashSet<String>,
     /// Names of which the job's word has counted.
     pub(super) heeded: RefCell<HashSet<String>>,
     /// Names that the job assumes and of which the program has asked its own value: as written, and
@@ -151,6 +166,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) own_values: BTreeMap<&'a str, (&'a str, usize)>,
     /// Data that no file declares, as the program sets them.
     pub(super) assigned: HashMap<&'a str, Value>,
+    /// The data of a name that the job's word has filled in.
+    pub(super) filled_in: HashMap<&'a str, Vec<Filled<'a>>>,
     /// Conditions that have been looked at for what others set.
     pub(super) asked_of_others: HashSet<*const Expr>,
     /// Those of the data that others set which have decided about motion, as they are declared.
@@ -167,6 +184,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) handled: OnceCell<Handled<'a>>,
     /// Data on which motion may depend, where somebody has asked.
     pub(super) of_motion: OnceCell<HashSet<&'a str>>,
+    /// For which speeds that no file declares the job's feed has stood: why each is not known.
+    pub(super) speeds_of_job: HashSet<String>,
     /// For which work objects that no file declares the job's has stood: why each is not known.
     pub(super) objects_of_job: HashSet<String>,
     /// Data of the module that traps set, with what the job assumes of them.
@@ -218,6 +237,7 @@ impl<'a> Interpreter<'a> {
             written: HashSet::new(),
             frames: Vec::new(),
             forgotten: HashSet::new(),
+            awaited: HashSet::new(),
             depth: 0,
             budget: budget(file),
             motions: 0,
@@ -240,6 +260,7 @@ impl<'a> Interpreter<'a> {
             is_late: false,
             starts_at_main: false,
             handlers: 0,
+            called_elsewhere: None,
             guarded: 0,
             fault_at: None,
             not_plain: OnceCell::new(),
@@ -254,6 +275,8 @@ impl<'a> Interpreter<'a> {
             heeded: RefCell::new(HashSet::new()),
             own_values: BTreeMap::new(),
             assigned: HashMap::new(),
+            filled_in: HashMap::new(),
+            speeds_of_job: HashSet::new(),
             asked_of_others: HashSet::new(),
             decided_by: BTreeSet::new(),
             starts_again: false,

@@ -248,7 +248,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Whether a condition asks a function of the program, which may set data.
-    fn asks_own_function(&self, condition: &'a Expr) -> bool {
+    pub(super) fn asks_own_function(&self, condition: &'a Expr) -> bool {
         let mut functions = functions_of(vec![condition]).into_iter();
         functions.any(|(name, _)| self.file.functions.contains_key(&name.key))
     }

@@ -8,6 +8,7 @@
 //! arbitrary ones under `ConfL \Off`. The world frame is taken to be the base frame.
 
 mod active;
+mod assumed;
 mod bits;
 mod by_name;
 mod calls;

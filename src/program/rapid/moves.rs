@@ -18,7 +18,7 @@ use crate::notes::Code;
 use crate::program::log::States;
 use crate::program::span::Span;
 use crate::program::{Pace, Settings};
-use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
+use crate::units::{deg_from_rad, m_per_s_from_mm_per_s, rad_from_deg};
 
 /// Joints that a jointtarget has.
 const ROBOT_AXES: usize = 6;
@@ -94,9 +94,15 @@ impl<'a> Interpreter<'a> {
             self.log.work(work);
             // Its pose is not worked out, so that no frame is asked for.
             self.active_object = WorkObject::default();
-            self.joints_now = self.six_axes(&first);
-            let pace =
-                self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
+            let (from, to) = (self.joints_now, self.six_axes(&first));
+            self.joints_now = to;
+            // The wrist turns the tool; how long the way is, is not worked out.
+            let way = from.zip(to).map(|(from, to)| {
+                let turns = from.iter().zip(&to).skip(3).map(|(from, to)| (to - from).abs());
+                (0.0, rad_from_deg(turns.fold(0.0, f64::max)))
+            });
+            let timed = (option("t"), option("v"));
+            let pace = self.timed_pace(line, (speed_arg, takes_v), timed, way, args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
             self.dwell_at_end(line, option("inpos"));
             return Ok(());
@@ -121,9 +127,16 @@ impl<'a> Interpreter<'a> {
         let gripped_in = if holds == Holds::Tool { tcp } else { object.frame };
         self.note_load(line, tool, Some(&gripped_in), args);
         let work = self.work(line, holds, &object)?;
+        let way = self.log.last().map(|last| {
+            let from = last.seen_from(&work, &tcp);
+            let end = if let Target::Arc { end, .. } = &to { end } else { &place };
+            let along = end.translation.vector - from.translation.vector;
+            (along.norm(), from.rotation.angle_to(&end.rotation))
+        });
         self.log.work(work);
         (self.active_object, self.joints_now) = (object, None);
-        let pace = self.timed_pace(line, (speed_arg, takes_v), option("t"), option("v"), args)?;
+        let timed = (option("t"), option("v"));
+        let pace = self.timed_pace(line, (speed_arg, takes_v), timed, way, args)?;
         self.log.motion(line, to, tcp, pace);
         self.dwell_at_end(line, option("inpos"));
         Ok(())
@@ -165,13 +178,13 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// The time of `\T`, or the speed, behind which `\V` may stand or not.
+    /// The time of `\T`, or the speed, behind which `\V` may stand or not, of a way.
     fn timed_pace(
         &mut self,
         line: usize,
         speed: (&'a Expr, bool),
-        time: Option<&Value>,
-        own_speed: Option<&Value>,
+        (time, own_speed): (Option<&Value>, Option<&Value>),
+        way: Option<(f64, f64)>,
         args: &'a Args,
     ) -> Result<Pace, String> {
         let own = args.optional_value("v");
@@ -184,7 +197,12 @@ impl<'a> Interpreter<'a> {
                 Ok(Pace::Seconds(seconds / (self.velocity.0 * self.over)))
             }
             Some(seconds) => Err(format!("\\T:={seconds} s is no time for a move")),
-            None => self.pace(line, speed, own_speed.map(|value| (value, own))),
+            None => {
+                let own = own_speed.map(|value| (value, own));
+                let (pace, data) = self.pace(line, speed, own)?;
+                self.doubt_time(line, &data, pace, way);
+                Ok(pace)
+            }
         }
     }
 
@@ -324,11 +342,25 @@ impl<'a> Interpreter<'a> {
 
     /// A robtarget in the frame of the work.
     fn target(&mut self, value: &Value, object: &Isometry3<f64>) -> Result<Isometry3<f64>, String> {
-        let target = pose(value).map_err(|why| format!("target: {why}"))?;
+        let target = pose(value);
+        let target = target.map_err(|why| format!("target: {why}{}", self.who_sets(value)))?;
         if let Value::List(parts) = value {
             self.external_axes(parts.get(3))?;
         }
         Ok(object * target)
+    }
+
+    /// What may set a target to which nothing that is read has given a place.
+    fn who_sets(&self, value: &Value) -> String {
+        let at = value.part(0, "a robtarget").and_then(|own| own.numbers("a place"));
+        let turned = value.part(1, "a robtarget").and_then(|own| own.numbers("an orientation"));
+        match (at, turned, &self.called_elsewhere) {
+            (Ok([0.0, 0.0, 0.0]), Ok([0.0, 0.0, 0.0, 0.0]), Some(shown)) => format!(
+                "; nothing that is read sets it, and '{shown}', which is in no file, may: \
+                 path.program.files in the job can name its file"
+            ),
+            _ => String::new(),
+        }
     }
 
     /// The quadrants of axes 1, 4 and 6 of a robtarget. cfx is not read.
@@ -410,10 +442,14 @@ impl<'a> Interpreter<'a> {
 
     /// The job's feed for a speed that is not known; the first of all moves needs none.
     fn unstated(&mut self, line: usize, expr: &Expr, why: &Why) -> Result<Pace, String> {
-        let code = match self.log.has_moved() {
-            true => self.code_of_assumed(Some(expr), why),
-            false => Code::Assumed,
-        };
+        let (mut code, mut more) = (Code::Assumed, "");
+        if self.log.has_moved() {
+            code = self.code_of_assumed(Some(expr), why);
+            if why.is_another(&mut self.speeds_of_job) {
+                // They differ, or there would be one.
+                (code, more) = (Code::ChangeIgnored, " for more than one of them");
+            }
+        }
         let help = why.help();
         if self.log.has_moved() && self.settings.feed_m_per_s.is_none() {
             return Err(format!(
@@ -421,7 +457,7 @@ impl<'a> Interpreter<'a> {
             ));
         }
         let help = if code == Code::Assumed { "" } else { &help };
-        self.log.warning(code, line, format!("speed: {why}{help}; the job's feed is used"));
+        self.log.warning(code, line, format!("speed: {why}{help}; the job's feed is used{more}"));
         Ok(Pace::Unstated)
     }
 
@@ -444,13 +480,37 @@ impl<'a> Interpreter<'a> {
         self.log.warning(code, line, what);
     }
 
-    /// Speed of the tool centre point, of a speeddata and `\V` in mm/s.
+    /// A speed that is not known says nothing of how fast the tool turns and external axes go: a
+    /// doubt where these may take longer than the way, of a length in m and a turn in rad.
+    fn doubt_time(&mut self, line: usize, speed: &Value, pace: Pace, way: Option<(f64, f64)>) {
+        /// Degrees/s and mm/s: programs that turn slowly have some tens.
+        const SLOW: f64 = 10.0;
+        const SHORT_S: f64 = 0.01;
+        let m_per_s = match (pace, self.settings.feed_m_per_s) {
+            (Pace::Feed(m_per_s), _) | (Pace::Unstated, Some(m_per_s)) => m_per_s,
+            _ => return,
+        };
+        let Value::Unknown(why) = speed else { return };
+        let (length_m, turned_rad) = way.unwrap_or_default();
+        let turning_s = deg_from_rad(turned_rad) / SLOW;
+        let others_s = turning_s.max(self.external.seconds([Some(SLOW); 2]));
+        if self.log.has_moved() && others_s > SHORT_S.max(length_m / m_per_s) {
+            let what = format!(
+                "v_ori, v_leax, v_reax: {why}{}; how long the tool turns or external axes move is \
+                 not known",
+                why.help()
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
+    }
+
+    /// Speed of the tool centre point, of a speeddata and `\V` in mm/s, and the speeddata.
     fn pace(
         &mut self,
         line: usize,
         (expr, takes_v): (&'a Expr, bool),
         speed: Option<(&Value, Option<&'a Expr>)>,
-    ) -> Result<Pace, String> {
+    ) -> Result<(Pace, Value), String> {
         let data = self.eval(expr);
         let (share, limit) = self.velocity;
         let share = share * self.over;
@@ -463,7 +523,7 @@ impl<'a> Interpreter<'a> {
         self.log.external_needs(self.external.seconds(external));
         let mm_per_s = match (speed, &data) {
             (Some((speed, _)), _) => speed.num().map_err(|why| format!("speed: {why}"))?,
-            (None, Value::Unknown(why)) => return self.unstated(line, expr, why),
+            (None, Value::Unknown(why)) => return Ok((self.unstated(line, expr, why)?, data)),
             (None, data) => data
                 .part(0, "a speeddata")
                 .and_then(Value::num)
@@ -484,7 +544,7 @@ impl<'a> Interpreter<'a> {
                 None => self.speed_word(expr, stated, takes_v),
             };
             self.log.states(line, span, states);
-            Ok(Pace::Feed(m_per_s_from_mm_per_s(mm_per_s)))
+            Ok((Pace::Feed(m_per_s_from_mm_per_s(mm_per_s)), data))
         } else {
             Err(format!("speed is {mm_per_s} mm/s, must be positive"))
         }

@@ -5,7 +5,8 @@ use std::collections::{HashMap, HashSet};
 
 use super::instructions::{gives_no_number, motion};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Block, Expr, File, Parameter, Path, Step, What};
+use super::syntax::{Args, Block, Expr, File, Operator, Optional, Parameter, Path, Step, What};
+use super::undeclared::undeclared;
 use super::value::{Value, field, initial};
 use super::walk::{all_of, expressions_in, statements_in};
 
@@ -17,6 +18,25 @@ impl Interpreter<'_> {
     pub(super) fn is_missed(&self, args: &Args) -> bool {
         let first = args.positional.first();
         matches!(first, Some(Expr::Ref(path)) if !self.is_declared(&path.name.key))
+    }
+
+    /// What gives a number by which a function shifts a target, where that number is not known.
+    pub(super) fn help_of_shift(&self, key: &str, args: &Args, why: &str) -> String {
+        let optional = args.optional.iter().filter_map(|(_, value)| match value {
+            Optional::Value(expr) => Some(expr),
+            _ => None,
+        });
+        let numbers = args.positional.iter().skip(1).chain(optional);
+        let mut missed = all_of(numbers.collect()).into_iter().filter_map(|expr| match expr {
+            Expr::Ref(path) if path.is_whole() && why == undeclared(&path.name) => Some(path),
+            _ => None,
+        });
+        match missed.next().filter(|_| SHIFT.contains(&key)) {
+            Some(path) => {
+                format!("; assume: {{\"{}\": …}} in the job can give it", path.name.shown)
+            }
+            None => String::new(),
+        }
     }
 
     /// What the job says of a datum that others set.
@@ -85,11 +105,29 @@ fn look<'a>(
             _ => {}
         }
         for expr in all_of(expressions_in(what)) {
-            if let Expr::Call(call) = expr
-                && SHIFT.contains(&call.0.key.as_str())
-            {
-                found.extend(call.1.positional.first().and_then(called));
+            match expr {
+                Expr::Call(call) if SHIFT.contains(&call.0.key.as_str()) => {
+                    found.extend(call.1.positional.first().and_then(called));
+                }
+                Expr::Binary(Operator::Equal | Operator::Unequal, left, right) => {
+                    let is_other = |expr: &Expr| match expr {
+                        Expr::Text(_) => true,
+                        Expr::Ref(path) => {
+                            kind_at(file, &own, path).is_some_and(|kind| !is_plain(file, kind))
+                        }
+                        _ => false,
+                    };
+                    for (own, other) in [(left, right), (right, left)] {
+                        found.extend(called(own).filter(|_| is_other(other)));
+                    }
+                }
+                _ => {}
             }
+        }
+        if let What::Test(tested, cases, _) = what {
+            let mut values = cases.iter().flat_map(|(values, _)| values);
+            let is_text = values.any(|value| matches!(value, Expr::Text(_)));
+            found.extend(called(tested).filter(|_| is_text));
         }
     }
 }

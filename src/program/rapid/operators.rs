@@ -3,6 +3,7 @@
 use super::number::Number;
 use super::syntax::Operator;
 use super::value::{Value, from_orientation, orientation, position};
+use super::why::{COPY, Why};
 
 pub(super) fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, String> {
     use Operator as O;
@@ -36,7 +37,9 @@ pub(super) fn binary(operator: Operator, left: &Value, right: &Value) -> Result<
 }
 
 pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
+    use Value as V;
     match (left, right) {
+        (V::Unknown(why), V::Text(_)) | (V::Text(_), V::Unknown(why)) => Err(no_string(why)),
         (Value::Unknown(why), _) | (_, Value::Unknown(why)) => Err(why.to_string()),
         (Value::List(left), Value::List(right)) => {
             let mut same = left.len() == right.len();
@@ -50,8 +53,25 @@ pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
             number.is_same(Number::of(f64::from(u8::from(*truth))))
         }
         (Value::Num(left), Value::Num(right)) => left.is_same(*right),
+        // No program has them beside each other: the one is what the job assumes.
+        (V::Text(_), V::Num(_) | V::Bool(_) | V::List(_)) => Err(not_given(right, "a string")),
+        (V::Num(_) | V::Bool(_) | V::List(_), V::Text(_)) => Err(not_given(left, "a string")),
+        (V::List(_), V::Num(_) | V::Bool(_)) => Err(not_given(right, "a record or an array")),
+        (V::Num(_) | V::Bool(_), V::List(_)) => Err(not_given(left, "a record or an array")),
         _ => Ok(left == right),
     }
+}
+
+/// Why a string is not known: one of another file `assume` does not give.
+fn no_string(why: &Why) -> String {
+    if why.of_other_file().is_none() || why.contains(COPY) {
+        return why.to_string();
+    }
+    format!("{why}{}; assume gives no strings: {COPY}", why.help())
+}
+
+fn not_given(value: &Value, expected: &str) -> String {
+    format!("{}; assume gives numbers and truth values alone: {COPY}", value.instead_of(expected))
 }
 
 fn arithmetic(operator: Operator, left: &Value, right: &Value) -> Result<Value, String> {

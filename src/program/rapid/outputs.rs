@@ -4,11 +4,14 @@
 use super::instructions::{is_calculation, is_own_function};
 use super::interpreter::Interpreter;
 use super::number::Number;
-use super::syntax::{Args, Expr, Name, Optional};
+use super::syntax::{Args, Expr, File, Name, Optional, Statement, What};
 use super::timed::SETS;
 use super::value::Value;
+use super::walk::{blocks_in, own_names};
 use super::why::{COPY, FILE};
 use crate::notes::Code;
+use crate::program::Setter;
+use crate::program::cell::all;
 
 /// Functions that read a signal, their argument.
 const READ: [&str; 9] = [
@@ -52,6 +55,37 @@ pub(super) fn references(args: &Args) -> impl Iterator<Item = &str> {
         Expr::Ref(path) => Some(path.name.key.as_str()),
         _ => None,
     })
+}
+
+/// Where AliasIO stands, and what it names, but for texts and names that are worked out.
+fn aliases(file: &File) -> Vec<(usize, Vec<&Name>)> {
+    let routines = file.procedures.values().chain(file.functions.values());
+    let bodies = routines.flat_map(|own| [(Some(own), &own.body), (Some(own), &own.handlers)]);
+    let traps = file.traps.iter().map(|trap| (None, &trap.body));
+    let mut found = Vec::new();
+    for (routine, body) in bodies.chain(traps) {
+        let mut open: Vec<&Statement> = body.iter().collect();
+        while let Some(statement) = open.pop() {
+            open.extend(blocks_in(&statement.what).into_iter().flatten());
+            let What::Call(name, args) = &statement.what else { continue };
+            if name.key != "aliasio" {
+                continue;
+            }
+            let own = routine.map(own_names).unwrap_or_default();
+            let is_signal = |name: &&Name| {
+                let data = file.data.get(&name.key);
+                !own.contains(name.key.as_str())
+                    && data.is_none_or(|data| data.kind.starts_with("signal"))
+            };
+            let names = args.positional.iter().filter_map(|expr| match expr {
+                Expr::Ref(path) => Some(&path.name),
+                _ => None,
+            });
+            found.push((statement.line.max(1), names.filter(is_signal).collect()));
+        }
+    }
+    found.sort_by_key(|(line, _)| *line);
+    found
 }
 
 impl<'a> Interpreter<'a> {
@@ -106,9 +140,49 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// `AliasIO do1,do2;`, also in a procedure of an event: a signal has another name, by which the
+    /// job does not know it.
+    pub(super) fn doubt_aliases(&mut self) {
+        let file = self.file;
+        let own = all(self.settings).filter_map(|(_, by)| match &by.what {
+            Setter::Signal(own) => Some(own.to_lowercase()),
+            _ => None,
+        });
+        let own: Vec<String> = own.collect();
+        for (line, names) in aliases(file) {
+            let is_open = names.len() < 2;
+            let is_named = |key: &String| names.iter().any(|name| name.key == *key);
+            let may_be_signal =
+                |key: &String| is_open && !file.data.contains_key(key) && !is_own_function(key);
+            let mut assumed = self.settings.assume.keys();
+            let code = match own.iter().any(|key| is_open || is_named(key)) {
+                true => Code::SpindleCommand,
+                false if assumed.any(|key| is_named(key) || may_be_signal(key)) => {
+                    Code::MotionLeftOut
+                }
+                false => continue,
+            };
+            let shown: Vec<&str> = names.iter().map(|name| name.shown.as_str()).collect();
+            let of = match is_open {
+                true => "one of them worked out or a text: it may be one that the job has,",
+                false => "of which the job has one:",
+            };
+            let what = format!(
+                "AliasIO gives a signal two names, '{}', {of} what is done by the other is not \
+                 read as done to it; write one name throughout in a copy of the program",
+                shown.join("' and '")
+            );
+            self.log.warning(code, line, what);
+        }
+    }
+
     /// What a call names may be set by it, but for a signal that it looks after, or that it waits
     /// for and that is so anyway.
     fn forget_outputs(&mut self, key: &str, args: &'a Args) {
+        // It sets neither.
+        if key.starts_with("aliasio") {
+            return;
+        }
         let of = |start: &str| key.strip_prefix(start).is_some_and(|kind| SIGNALS.contains(&kind));
         let kept = match args.positional.as_slice() {
             [Expr::Ref(signal), ..] if of("isignal") => Some(&signal.name.key),
@@ -130,6 +204,7 @@ impl<'a> Interpreter<'a> {
         let own = self.frames.last().and_then(|frame| frame.get(key));
         let key = own.and_then(|datum| datum.signal).map_or(key, |(signal, _)| &signal.key);
         self.outputs.remove(key);
+        self.awaited.remove(key);
         self.forgotten.insert(key.to_owned());
     }
 
@@ -207,6 +282,9 @@ impl<'a> Interpreter<'a> {
     pub(super) fn why_unknown(&self, function: &Name, args: &Args) -> String {
         if is_calculation(&function.key) {
             return format!("function '{}' is not read: {COPY}", function.shown);
+        }
+        if let Some(why) = self.why_lost(function) {
+            return why;
         }
         let shown = &function.shown;
         if !is_own_function(&function.key) {

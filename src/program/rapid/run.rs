@@ -2,15 +2,16 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::constants::VMAX;
 use super::effect::{CIR_PATH_MODE, Effect, GRIP};
-use super::instructions::{self, changes, is_synced};
+use super::instructions::{self, Motion, changes, is_synced};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH, TOO_DEEP};
 use super::number::Number;
 use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::value::Value;
 use super::walk::{functions_of, statements_in};
-use super::why::hint;
+use super::why::{COPY, FILE, hint};
 use crate::motion::Turning;
 use crate::notes::Code;
 use crate::program::cell::Given;
@@ -35,6 +36,8 @@ impl<'a> Interpreter<'a> {
     pub(super) fn run(mut self, routine: &'a Routine, args: &'a Args) {
         self.starts_at_main = routine.name.key == "main";
         self.warn_of_traps();
+        self.doubt_handlers(routine);
+        self.doubt_aliases();
         self.doubt_own_frames();
         self.heed_connected_elsewhere(routine);
         self.heed_other_tasks(routine);
@@ -280,14 +283,23 @@ impl<'a> Interpreter<'a> {
             return false;
         }
         self.doubt_order(key, &path.name);
+        if key == VMAX {
+            if self.predefined_part(path).as_ref() == Some(&value) {
+                return true;
+            }
+            let what = "vmax is set here: whether the controller takes that depends on its \
+                        version; from here on it is read as set";
+            self.log.warning(Code::ChangeIgnored, self.line, what);
+        }
         let trapped = self.trapped.get(key).cloned();
         let value = trapped.unwrap_or(value);
         let value = match (path.is_whole(), value) {
             (true, Value::Absent) => return false,
             (true, value) => value.clone().worked_out([&value]),
             (false, _) => Value::unknown(format!(
-                "the program sets a part of '{}', which is declared in no file that is read",
-                path.name.shown
+                "the program sets a part of '{}', which is declared in no file that is read: {}",
+                path.name.shown,
+                if key == VMAX { COPY } else { FILE }
             )),
         };
         self.assigned.insert(key, value);
@@ -342,29 +354,10 @@ impl<'a> Interpreter<'a> {
                 _ => Flow::Next,
             };
         }
-        self.set_output(line, key, args);
         if let Some(motion) = instructions::motion(key) {
-            self.doubt_modes(line);
-            // What the controller stops at is told already.
-            match self.motion(line, motion, args) {
-                Err(why) if why.contains(TOO_DEEP) => {
-                    self.tell_too_deep(line);
-                    return Flow::Exit;
-                }
-                Err(why) if self.fault_at != Some(line) => {
-                    self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
-                }
-                _ => {}
-            }
-            if self.has_arrived {
-                self.settle();
-            }
-            self.doubt_call(line, name, args);
-            return match is_synced(key) {
-                true => self.synced(line, name, args),
-                false => Flow::Next,
-            };
+            return self.move_by(line, motion, name, args);
         }
+        self.set_output(line, key, args);
         match key {
             "waittime" => self.wait_time(line, args),
             "waitrob" | "stop" => self.arrive(),
@@ -434,6 +427,37 @@ impl<'a> Interpreter<'a> {
         Flow::Next
     }
 
+    /// A motion instruction by its name, with what belongs to the move.
+    pub(super) fn move_by(
+        &mut self,
+        line: usize,
+        motion: Motion,
+        name: &Name,
+        args: &'a Args,
+    ) -> Flow {
+        self.set_output(line, &name.key, args);
+        self.doubt_modes(line);
+        // What the controller stops at is told already.
+        match self.motion(line, motion, args) {
+            Err(why) if why.contains(TOO_DEEP) => {
+                self.tell_too_deep(line);
+                return Flow::Exit;
+            }
+            Err(why) if self.fault_at != Some(line) => {
+                self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
+            }
+            _ => {}
+        }
+        if self.has_arrived {
+            self.settle();
+        }
+        self.doubt_call(line, name, args);
+        match is_synced(&name.key) {
+            true => self.synced(line, name, args),
+            false => Flow::Next,
+        }
+    }
+
     /// `MechUnitLoad` says what an external unit carries, which counts where the job has it as a
     /// joint of the robot.
     fn load_of_unit(&mut self, line: usize, args: &Args) {
@@ -481,6 +505,7 @@ impl<'a> Interpreter<'a> {
         );
         self.forget_all_outputs();
         self.lose_undeclared(shown);
+        self.called_elsewhere = Some(shown.to_owned());
         self.log.warning(Code::MotionLeftOut, line, what);
     }
 

@@ -241,7 +241,7 @@ fn keys_in(open: Vec<&Expr>) -> Vec<&str> {
 }
 
 /// Whether an instruction that no file declares moves, or sets outputs.
-fn acts(key: &str) -> bool {
+pub(super) fn acts(key: &str) -> bool {
     !is_ignored(key) || sets_output(key)
 }
 

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::instructions::is_synced;
 use super::syntax::{Args, Expr, File, Optional, What};
-use super::walk::statements_in;
+use super::walk::{own_names, statements_in};
 
 /// Instructions that set an output, their first argument.
 pub(super) const SETS: [&str; 7] =
@@ -22,9 +22,23 @@ impl<'a> Timed<'a> {
     pub(super) fn of(file: &'a File) -> Self {
         let mut timed = Self { is_any: !file.traps.is_empty(), ..Self::default() };
         for routine in file.procedures.values().chain(file.functions.values()) {
-            for what in statements_in(std::iter::once(&routine.body)) {
+            for what in statements_in([&routine.body, &routine.handlers].into_iter()) {
                 let What::Call(name, args) = what else { continue };
                 timed.add(&name.key, args);
+                // Two names of one output; what sets a datum forgets all.
+                if let ("aliasio", [from, Expr::Ref(to)]) =
+                    (name.key.as_str(), args.positional.as_slice())
+                    && !file.data.contains_key(&to.name.key)
+                {
+                    match from {
+                        Expr::Ref(from) if !own_names(routine).contains(&*from.name.key) => {
+                            let both = [from.name.key.as_str(), to.name.key.as_str()];
+                            timed.names.extend(both);
+                        }
+                        // A text, which may name any.
+                        _ => timed.is_any = true,
+                    }
+                }
             }
             // Another name of a signal: it may be any.
             let mut own = routine.parameters.iter().map(|parameter| parameter.name.key.as_str());

@@ -3,15 +3,20 @@
 
 use std::collections::HashSet;
 
+use super::constants::VMAX;
 use super::instructions::{
     changes, displaces, is_ignored, is_own_function, motion, sounds_like_motion,
 };
 use super::interpreter::Interpreter;
-use super::sets::{CHANGE, set_within};
-use super::syntax::{Args, Block, Expr, Name, Routine, Trap, What};
+use super::outputs::WHOLE;
+use super::sets::{CHANGE, given_to, set_within};
+use super::syntax::{Args, Block, Declaration, Expr, Name, Path, Routine, Statement, Trap, What};
 use super::timed::SETS;
 use super::value::Value;
-use super::walk::{blocks_in, calls_in, functions_in, statements_in};
+use super::walk::{
+    blocks_in, blocks_within, calls_in, functions_in, given, reached_from, statements_in,
+};
+use super::why::COPY;
 use crate::notes::Code;
 
 /// Instructions that traps use and that neither move nor change later motion.
@@ -211,13 +216,109 @@ impl<'a> Interpreter<'a> {
     /// A datum of the module that a trap or another task sets; `by` says which.
     pub(super) fn set_at_any_time(&mut self, name: &'a Name, by: &str) {
         let value = self.said_by_job(&name.key).unwrap_or_else(|| {
-            Value::unknown(format!("'{}': {by}: known only at run time", name.shown))
+            // For a tool or a work object the job's own stands.
+            let is_frame = |own: &Declaration| matches!(&*own.kind, "tooldata" | "wobjdata");
+            let is_told =
+                self.is_single(&name.key) || self.file.data.get(&name.key).is_some_and(is_frame);
+            let help = match is_told {
+                true => String::new(),
+                false => format!("; {WHOLE}: {COPY}"),
+            };
+            Value::unknown(format!("'{}': {by}: known only at run time{help}", name.shown))
         });
         if !self.file.data.contains_key(&name.key) && matches!(value, Value::Unknown(_)) {
             self.assigned.insert(&name.key, value.clone());
         }
         self.set_anew.remove(name.key.as_str());
         self.trapped.insert(&name.key, value);
+    }
+
+    /// What a statement, its blocks and what it calls aside, sets that counts for the moves behind.
+    fn sets_for_later(&self, what: &What) -> Option<String> {
+        let is_speed = |path: &Path| path.name.key == VMAX && !self.file.data.contains_key(VMAX);
+        match what {
+            What::Assign(path, _) => {
+                let sets = is_speed(path) || self.would_assign(path);
+                sets.then(|| format!("sets '{}'", path.name.shown))
+            }
+            What::Call(name, args) => {
+                let key = name.key.as_str();
+                let own = self.file.procedures.get(key);
+                let is_job_signal = || match args.positional.first() {
+                    Some(Expr::Ref(path)) => SETS.contains(&key) && self.would_assign(path),
+                    _ => false,
+                };
+                let gives_speed = |own: &Routine| {
+                    let mut given = given_to(own, args).into_iter();
+                    given.any(|(parameter, path)| parameter.by_reference && is_speed(path))
+                };
+                let changes_motion = match own {
+                    Some(own) => gives_speed(own),
+                    None => SET_MOTION.contains(&key) || changes(key).is_some() || displaces(key),
+                };
+                if changes_motion {
+                    return Some(format!("changes motion by {}", name.shown));
+                }
+                let sets = self.would_set(name, args)
+                    || is_job_signal()
+                    || own.is_some_and(|own| self.gives_signal(own, args));
+                sets.then(|| format!("sets the spindle or the tool by {}", name.shown))
+            }
+            _ => None,
+        }
+    }
+
+    /// Of handlers of errors that set what counts for the moves behind, where the program may go on
+    /// behind them.
+    pub(super) fn doubt_handlers(&mut self, entry: &'a Routine) {
+        let file = self.file;
+        let reached = reached_from(file, vec![&entry.name.key]);
+        let may_run = |own: &&'a Routine| {
+            reached.as_ref().is_none_or(|reached| reached.contains(own.name.key.as_str()))
+        };
+        let procedures = file.procedures.values().filter(may_run);
+        let mut routines: Vec<&'a Routine> = procedures.chain(file.functions.values()).collect();
+        routines.retain(|own| own.in_handlers.contains("error"));
+        routines.sort_by_key(|own| (own.line, &own.name.key));
+        let some_go_on = routines.iter().any(|own| goes_on(&own.handlers));
+        for routine in routines {
+            // An error that it raises is handled elsewhere.
+            let raises = || {
+                statements_in(std::iter::once(&routine.handlers))
+                    .any(|what| calls(what, &["raise"]))
+            };
+            if !(goes_on(&routine.handlers) || some_go_on && raises()) {
+                continue;
+            }
+            let blocks = blocks_within(file, &[&routine.handlers]);
+            let all: Vec<&'a What> = statements_in(blocks.into_iter()).collect();
+            self.budget = self.budget.saturating_sub(all.len());
+            // A signal that it is given may be that of the job.
+            let is_given = |path: &Path| {
+                let mut own = routine.parameters.iter();
+                own.any(|own| own.kind.starts_with("signal") && own.name.key == path.name.key)
+            };
+            let sets_given = |what: &&'a What| match *what {
+                What::Call(name, args) => {
+                    let key = name.key.as_str();
+                    let may_set = SETS.contains(&key) || file.procedures.contains_key(key);
+                    may_set && given(args).any(is_given)
+                }
+                _ => false,
+            };
+            let reads = self.settings.spindle_from.is_some() || self.settings.tool_from.is_some();
+            let sets = all.iter().find_map(|what| self.sets_for_later(what)).or_else(|| {
+                let sets = reads && all.iter().any(sets_given);
+                sets.then(|| "sets a signal that it is given".to_owned())
+            });
+            if let Some(sets) = sets {
+                let what = format!(
+                    "a handler of errors in '{}' {sets} and the program goes on: this is not read",
+                    routine.name.shown
+                );
+                self.log.warning(Code::MotionLeftOut, routine.line.max(1), what);
+            }
+        }
     }
 
     /// What of a block and all that it calls moves, or changes how the robot moves.
@@ -237,6 +338,9 @@ impl<'a> Interpreter<'a> {
                     _ => {}
                 }
             }
+            if let Some(sets) = self.sets_for_later(what) {
+                return Some(sets);
+            }
             match what {
                 What::Call(name, _) => {
                     let key = name.key.as_str();
@@ -244,10 +348,8 @@ impl<'a> Interpreter<'a> {
                         if seen.insert(key) {
                             bodies.push(&routine.body);
                         }
-                    } else if motion(key).is_some() || sounds_like_motion(key) || displaces(key) {
+                    } else if motion(key).is_some() || sounds_like_motion(key) {
                         return Some("moves the robot".to_owned());
-                    } else if SET_MOTION.contains(&key) || changes(key).is_some() {
-                        return Some(format!("changes motion by {}", name.shown));
                     } else if let Some(ends) = ends(key) {
                         return Some(format!("{ends} by {}", name.shown));
                     } else if !is_ignored(key) && !QUIET.contains(&key) {
@@ -266,6 +368,19 @@ impl<'a> Interpreter<'a> {
         }
         is_left("storepath", "restopath").then(|| "puts the path aside by StorePath".to_owned())
     }
+}
+
+fn calls(what: &What, wanted: &[&str]) -> bool {
+    matches!(what, What::Call(name, _) if wanted.contains(&name.key.as_str()))
+}
+
+/// Whether the program may go on behind a handler of errors: unless it ends or raises in any case.
+fn goes_on(handler: &Block) -> bool {
+    let leaves = |what: &What| {
+        matches!(what, What::Return(_) | What::Goto(_)) || calls(what, &["retry", "trynext"])
+    };
+    let ends = |own: &Statement| calls(&own.what, &["exit", "exitcycle", "raise"]);
+    !handler.iter().any(ends) || statements_in(std::iter::once(handler)).any(leaves)
 }
 
 /// What an instruction does that ends the move under way, the path or the program.

@@ -199,7 +199,7 @@ impl Value {
         }
     }
 
-    fn instead_of(&self, expected: &str) -> String {
+    pub(super) fn instead_of(&self, expected: &str) -> String {
         match self {
             Self::Unknown(why) => why.to_string(),
             Self::Absent => format!("expected {expected}, but the caller left this argument out"),

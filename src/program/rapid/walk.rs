@@ -239,6 +239,17 @@ pub(super) fn undeclared_frames(file: &File, reached: Option<&HashSet<&str>>) ->
             _ => false,
         };
         for what in statements_in(std::iter::once(body)) {
+            // By a name in a string it may be a move, whose tool is its fourth argument at least.
+            if let What::CallByName(_, args, _) = what
+                && args.positional.len() > 3
+            {
+                found.tool |= is_elsewhere(args.positional.last(), "tool0");
+                // `MoveLDO` and its like have a signal and its value behind the tool.
+                if let [.., tool, _, _] = args.positional.get(3..).unwrap_or_default() {
+                    found.tool |= is_elsewhere(Some(tool), "tool0");
+                }
+                found.work_object |= is_elsewhere(args.optional_value("wobj"), "wobj0");
+            }
             let What::Call(name, args) = what else { continue };
             if let Some(motion) = motion(&name.key) {
                 let tool = match motion.tool {

@@ -1,5 +1,6 @@
 //! Why something is not known, and what helps.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::ops::Deref;
 use std::rc::Rc;
@@ -30,6 +31,12 @@ impl Why {
     /// What it is, if another file says so.
     pub(super) fn of_other_file(&self) -> Option<&str> {
         self.elsewhere.as_deref()
+    }
+
+    /// Whether it is another than those before, for which the job's word has stood, too.
+    pub(super) fn is_another(&self, before: &mut HashSet<String>) -> bool {
+        before.insert(self.of_other_file().unwrap_or(self).to_lowercase());
+        before.len() > 1
     }
 
     /// The same of a part.

@@ -556,3 +556,50 @@ fn a_cut_behind_another_tool_with_the_spindle_as_before_is_a_doubt() {
         assert_eq!(lines(load), NONE, "{load}");
     }
 }
+
+/// `depth, feed, clearance, unit`, or with the clearance first, as posts are set up.
+#[test]
+fn which_of_two_bare_numbers_is_the_feed_may_be_a_doubt() {
+    let lines = |words: &str| {
+        let text =
+            format!("UNITS/MM\nSPINDL/3000,CLW\nGOTO/0,0,100\nCYCLE/DRILL,{words}\nGOTO/9,0,0");
+        told(&apt(&text), Code::UnitAssumed)
+    };
+    for words in ["3,0.2,MMPR", "0.2,3,MMPR", "3,120,MMPM", "3,MMPM,120", "100,80,MMPM"] {
+        assert_eq!(lines(&format!("20,{words}")), [4], "{words}");
+    }
+    // No feed a minute is so small, none in a turn so large: 0.1 in/min are 2.54 mm/min.
+    for words in ["100,3,MMPM", "100,MMPM,3", "0.2,6,MMPR", "100,0,MMPM", "4,0.1,IPM"] {
+        assert_eq!(lines(&format!("20,{words}")), NONE, "{words}");
+    }
+}
+
+/// It says that tool axes do not count.
+#[test]
+fn a_tilted_axis_behind_multax_off_is_a_doubt() {
+    let lines = |between: &str, to: &str| {
+        let text = format!(
+            "UNITS/MM\nMULTAX/OFF\nFEDRAT/300,MMPM\nGOTO/0,0,10,0,0,1\n{between}{to}\nGOTO/20,0,10"
+        );
+        told(&apt(&text), Code::ChangeIgnored)
+    };
+    for to in ["GOTO/10,0,10,0.6,0,0.8", "GODLTA/10,0,0,0.6,0,0.8", "TLAXIS/0.6,0,0.8"] {
+        assert_eq!(lines("", to), [5], "{to}");
+        assert_eq!(lines("MULTAX/ON\n", to), NONE, "{to}");
+    }
+    assert_eq!(lines("", "GOTO/10,0,10,0,0,1"), NONE);
+}
+
+#[test]
+fn what_stands_behind_the_mark_of_continuation_is_a_remark() {
+    let program = apt("UNITS/MM\nGOTO/0,0,10\nGOTO/20,$ to the corner\n0,10\nGOTO/20,5,$\n10");
+    let ends = [[0.0, 0.0, 10.0], [20.0, 0.0, 10.0], [20.0, 5.0, 10.0]];
+    assert_ends(&program, &ends.map(|at| ('L', at)));
+    // A name may begin with it.
+    let found = faults("GOTO/0,0,0\nTOOL PATH/OP1,TOOL,$MILL\nRAPID\nGOTO/5,0,0", Dialect::Apt);
+    assert!(found[0].what.starts_with("TOOL: a '$' behind ',' or '/' ends the line"), "{found:?}");
+    assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [2], "{found:?}");
+    let found = faults("GOTO/0,0,0\n0,10", Dialect::Apt);
+    assert!(found[0].what.starts_with("the statement begins with no word"), "{found:?}");
+    assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [2], "{found:?}");
+}

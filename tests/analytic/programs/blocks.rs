@@ -172,6 +172,48 @@ fn a_subprogram_that_ends_at_the_mark_is_refused() {
     assert_eq!((at(&found[0]), found.len()), (3, 1), "{found:?}");
 }
 
+/// On Fanuc and Haas an O number begins another program, in which the one before does not go on.
+#[test]
+fn a_program_does_not_run_on_into_another() {
+    let two = |end: &str, head: &str| {
+        format!(
+            "O5\nG21 G90 S900 M3\nG0 X0 Y0 Z5\nM98 P6\nG0 Z50\n{end}{head}\nG91 G1 X20 F300\nG90\nM99\n"
+        )
+    };
+    for end in ["M30\n", "M99\n"] {
+        assert_eq!(gcode(&two(end, "O6 (HOLE)")).moves.len(), 3, "{end}");
+    }
+    let uncalled = two("", "O6").replace("M98 P6\n", "");
+    let called = two("M30\n", "O6").replace("M99\n", "O7\nG1 X9\nM99\n");
+    for (text, line, head) in [
+        (two("", "O6"), 6, "O6"),
+        (two("", ":6"), 6, "O6"),
+        (uncalled, 5, "O6"),
+        (called, 10, "O7"),
+    ] {
+        let found = faults(&text, Dialect::GCode);
+        let said = format!("{head} begins another program here");
+        assert!(at(&found[0]) == line && found[0].what.starts_with(&said), "{text}: {found:?}");
+        assert_eq!(found.len(), 1, "{found:?}");
+    }
+    // A main block of ISO, unless its number is called.
+    let words = two("", ":6").replace(":6\n", ":6 ");
+    let found = faults(&words, Dialect::GCode);
+    assert_eq!((at(&found[0]), found.len()), (6, 1), "{found:?}");
+    assert!(found[0].what.starts_with("O6 begins another program here"), "{found:?}");
+    assert_eq!(gcode(&words.replace("M98 P6\n", "")).moves.len(), 3);
+    assert_eq!(gcode(&words.replace(":6", "M30\n:6")).moves.len(), 3);
+    for text in ["G21 G90 S900 M3\nO5\nG0 X0 Y0 Z5\nG1 X9 F100", "N1 G21\nN2 O5\nG0 X0 Y0 Z5"] {
+        let found = faults(text, Dialect::GCode);
+        let said = "O5 begins a program here, and blocks stand before it: write O5 before them";
+        assert!(at(&found[0]) == 2 && found[0].what.starts_with(said), "{text}: {found:?}");
+        assert_eq!(found.len(), 1, "{found:?}");
+    }
+    // The number before each block.
+    let each = "O0000 N1 G21 G90 S900 M3\nO0000 N2 G0 X0 Y0 Z5\nO0000 N3 G1 X9 F100\nO0000 N4 M30";
+    assert_eq!(gcode(each).moves.len(), 2);
+}
+
 /// LinuxCNC's `@` and `^`. The feed of the block that is refused is no second fault.
 #[test]
 fn polar_words_of_linuxcnc_are_refused_alone() {
@@ -230,6 +272,14 @@ fn the_axis_that_no_move_knows_is_named() {
         let said = format!("{axes} not known up to here");
         assert!(at(&found[0]) == line && found[0].what.starts_with(&said), "{found:?}");
         assert_eq!(found.len(), 1, "{found:?}");
+    }
+    // In a loop, of the first pass alone.
+    for (block, axes) in [("G1 X9 F100", "Y and Z"), ("G2 X9 I3 F100", "X and Y and Z")] {
+        let text = format!("G21 G90\n#1=0\nWHILE [#1 LT 3] DO1\n{block}\nG0 Y5\n#1=[#1+1]\nEND1");
+        let found = faults(&text, Dialect::GCode);
+        let said = format!("while {axes} are not known");
+        assert!(found[0].what.contains(&said), "{found:?}");
+        assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [4], "{found:?}");
     }
     let lost = faults("G21 G90\nG0 X5 Y5\nG28 X5 Y5 Z5\nG0 Z5", Dialect::GCode);
     assert!(lost[0].what.contains("up to here (G28/G30 in line 3 goes"), "{lost:?}");

@@ -252,7 +252,8 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
     let huge = format!("G20 G0 X0 Y0 Z{}", "9".repeat(308));
     assert!(faults(&huge, Dialect::GCode)[0].what.contains("too large"));
     assert!(faults("G91 G1 X5", Dialect::GCode)[0].what.contains("relative (G91)"));
-    assert!(faults("G0 Z5\nG2 X1 Y1 R3", Dialect::GCode)[0].what.contains("unknown position"));
+    let arc = faults("G0 Z5\nG2 X1 Y1 R3", Dialect::GCode);
+    assert!(arc[0].what.contains("while X and Y are not known; state X, Y and Z"), "{arc:?}");
 }
 
 #[test]

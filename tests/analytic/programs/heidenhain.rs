@@ -259,6 +259,7 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
         ("CYCL DEF 10.1 ROT+Q5", "shifts or turns"),
         ("CYCL DEF 19.1 A+Q120 B+Q121", "shifts or turns"),
         ("CYCL DEF 8.1 X", "shifts or turns"),
+        ("TRANS MIRROR AXIS X", "TRANS MIRROR turns, mirrors or scales"),
         ("CYCL DEF 10.0 ROTATION ROT+Q5", "shifts or turns"),
         ("CYCL DEF 8.0 MIRROR IMAGE X", "shifts or turns"),
         ("CYCL DEF 200 DRILLING Q200=2 Q202=+Q7", "Q202: a value from a Q parameter"),

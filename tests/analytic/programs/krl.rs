@@ -485,6 +485,13 @@ fn lines_that_need_what_the_file_lacks_say_so() {
     for line in ["PTP P1 Vel=80% PDAT1 Tool[1]", "LIN P2 Vel=0.5 m/s CPDAT1", "PTP HOME VEL=50"] {
         refused(with(line, &settings()), "what the pendant shows of an inline form");
     }
+    for line in
+        ["OUT 1 'gripper_open' State=FALSE", "SYN OUT 2 '' State= TRUE at START Delay= 0 ms"]
+    {
+        refused(with(line, &settings()), "$OUT[n]=… of an output");
+    }
+    let compares = format!("DECL BOOL OUT\nDECL INT STATE\nSTATE=1\nOUT = STATE==1\n{START}");
+    assert_eq!(with(&compares, &settings()).unwrap().moves.len(), 1);
     refused(with("LIN {X 1} $VEL=5", &settings()), "behind the target is not understood");
     refused(with("RSI_MOVECORR()", &settings()), "sensors move the robot there");
 }

@@ -2,7 +2,8 @@
 //! have set.
 
 use detune::notes::{Class, Code, Note};
-use detune::program::{Assumed, Dialect, Program, SetBy, Setter, Settings, read};
+use detune::program::{Assumed, Companion, Dialect, Program, SetBy, Setter, Settings, read};
+use nalgebra::Isometry3;
 
 use super::support::{at, end, settings};
 
@@ -176,8 +177,14 @@ fn a_tool_that_the_program_may_have_set_is_not_the_jobs() {
 #[test]
 fn the_counter_of_a_loop_behind_it_and_in_it() {
     let counted = |body: &str| format!("{START}\nINT N\nFOR N=1 TO 3\n{body}\nENDFOR\n");
-    let asks = format!("{}IF N==3 THEN\nLIN {{X 9}}\nENDIF", counted("LIN {X N}"));
-    refused(with(&asks, &settings()), "N has counted a FOR loop");
+    // One step behind the end value, where the steps meet that.
+    let behind = format!("{}LIN {{X 10*N}}", counted("LIN {X N}"));
+    let of = |range: &str| with(&behind.replace("1 TO 3", range), &settings());
+    assert_eq!(x(&of("1 TO 3").unwrap()), [0.0, 1.0, 2.0, 3.0, 40.0]);
+    assert_eq!(x(&of("5 TO 1 STEP -2").unwrap()), [0.0, 5.0, 3.0, 1.0, -10.0]);
+    for range in ["1 TO 4 STEP 2", "0.5 TO 1.5"] {
+        refused(of(range), "read only of whole numbers whose steps meet the end value");
+    }
     refused(with(&counted("N=N+1"), &settings()), "the loop sets N, which it counts by");
 }
 
@@ -197,4 +204,164 @@ fn what_the_job_gives_of_a_component_ends_where_the_program_sets_it() {
     let routine = "\nEND\nDEF A(x:OUT)\nx.CMD=3";
     let given = format!("{set}A(INFO)\n{asked}{routine}");
     assert!(with(&given, &job).is_err());
+}
+
+/// What an interrupt or a trigger gives a routine by reference it may set at any time.
+#[test]
+fn what_an_interrupt_gives_by_reference_may_be_set() {
+    let by = |action: &str| {
+        [
+            (format!("INTERRUPT DECL 3 WHEN $IN[2] DO {action}\nINTERRUPT ON 3"), 5),
+            (format!("TRIGGER WHEN DISTANCE=0 DELAY=0 DO {action} PRIO=-1"), 4),
+        ]
+    };
+    let routine = |way: &str| format!("\nEND\nDEF A(x:{way})\nREAL x\nx=10\nEND\nDEF B()\nA(K)");
+    for name in ["$OV_PRO", "$VEL.CP", "$BASE", "$TOOL"] {
+        for (text, line) in by(&format!("A({name})")) {
+            let of = |way| {
+                let body = format!("{START}\n{text}\nLIN {{X 9}}{}", routine(way));
+                doubts(&with(&body, &settings()).unwrap_or_else(|found| panic!("{found:?}")))
+            };
+            assert_eq!(of("OUT"), [(Code::MotionLeftOut, line)], "{text}");
+            assert_eq!(of("IN"), [], "{text}");
+        }
+    }
+    for action in ["A(K)", "B()"] {
+        for (text, _) in by(action) {
+            let of = |way| {
+                let body = format!("{START}\nK=5\n{text}\nLIN {{X K}}{}", routine(way));
+                with(&body, &settings())
+            };
+            refused(of("OUT"), "'k' is set by");
+            assert_eq!(x(&of("IN").unwrap()), [0.0, 5.0], "{text}");
+        }
+    }
+}
+
+#[test]
+fn what_a_channel_fills_in_the_job_gives_where_it_is_a_number() {
+    let of = |asked: &str, job: &Settings| {
+        let read = "DECL STATE_T ST\nCREAD(H,ST,M,T,O,\"%f\",N)";
+        with(&format!("{START}\n{read}\nIF {asked} THEN\nLIN {{X 9}}\nENDIF"), job)
+    };
+    refused(of("N==2", &settings()), "assume: {\"N\": …} in the job can give it");
+    assert_eq!(x(&of("N==2", &assuming("n", 2.0)).unwrap()), [0.0, 9.0]);
+    let found = of("ST.RET1==#CMD_TIMEOUT", &settings()).unwrap_err();
+    let what = &found[0].what;
+    assert!(what.contains("CREAD fills in 'ST'") && what.contains("set ST in place of"), "{what}");
+    assert!(!what.contains("can settle it"), "{what}");
+}
+
+/// That it is one step behind the end value no manual says.
+#[test]
+fn the_counter_of_a_loop_is_a_doubt_where_it_matters_behind_it() {
+    let of = |behind: &str| {
+        let counted = "INT N,M\nREAL Q[9]\nFOR N=1 TO 3\n$FLAG[N]=TRUE\nENDFOR";
+        let body = format!("{START}\n{counted}\n{behind}");
+        doubts(&with(&body, &settings()).unwrap_or_else(|found| panic!("{behind}: {found:?}")))
+    };
+    let routine = "\nEND\nDEF A(k:IN)\nINT k\nLIN {X k}";
+    let function = "\nEND\nDEFFCT INT F(k:IN)\nINT k\nLIN {X k}\nRETURN 1\nENDFCT\nDEF B()";
+    let by_reference = "\nEND\nDEF A(k:OUT)\nINT k,J\nFOR J=1 TO 3\nENDFOR\nk=J";
+    for (behind, line) in [
+        ("LIN {X N}".to_owned(), 9),
+        ("LIN {X 5} WITH $VEL.CP=0.01*N".to_owned(), 9),
+        ("$VEL.CP=0.01*N".to_owned(), 9),
+        ("IF N==4 THEN\nLIN {X 5}\nENDIF".to_owned(), 9),
+        ("WHILE N<6\nN=N+1\nENDWHILE".to_owned(), 9),
+        ("SWITCH N\nCASE 4\nLIN {X 5}\nENDSWITCH".to_owned(), 9),
+        ("WAIT SEC N".to_owned(), 9),
+        ("M=2*N\nLIN {X M}".to_owned(), 10),
+        ("N=N+1\nLIN {X N}".to_owned(), 10),
+        ("Q[4]=N\nLIN {X Q[4]}".to_owned(), 10),
+        ("Q[N]=7".to_owned(), 9),
+        ("BAS(#VEL_CP,0.01*N)".to_owned(), 9),
+        (format!("A(N){routine}"), 9),
+        (format!("M=F(N){function}"), 9),
+        (format!("A(M)\nLIN {{X M}}{by_reference}"), 10),
+    ] {
+        assert_eq!(of(&behind), [(Code::MotionLeftOut, line)], "{behind}");
+    }
+    for behind in [
+        "LIN {X 5}",
+        "N=7\nLIN {X N}",
+        "M=N\nM=7\nLIN {X M}",
+        "$OUT[3]=N==4",
+        "Q[4]=N\nQ[5]=1\nLIN {X Q[5]}",
+        "FOR N=5 TO 6\nLIN {X N}\nENDFOR",
+        "FOR N=5 TO 6\nIF N==6 THEN\nEXIT\nENDIF\nENDFOR\nLIN {X N}",
+    ] {
+        assert_eq!(of(behind), [], "{behind}");
+    }
+}
+
+/// A name that routines of an interrupt declare for themselves is another datum in the routines
+/// that they call, and in the program.
+#[test]
+fn what_the_routines_of_an_interrupt_declare_is_their_own() {
+    let job = |list: &str| {
+        let text = format!("DEFDAT $CONFIG PUBLIC\nDECL REAL GV=5\n{list}ENDDAT\n");
+        let companions = vec![Companion { name: "config.dat".to_owned(), text }];
+        Settings { companions, ..settings() }
+    };
+    let of = |own: &str, routines: &str, job: &Settings| {
+        let text = format!(
+            "{own}{START}\nINTERRUPT DECL 3 WHEN $IN[2] DO B()\nINTERRUPT ON 3\nGV=5\nLIN {{X GV}}\n\
+             END\n{routines}"
+        );
+        with(&text, job)
+    };
+    let sets = "\nEND\nDEF A(x:OUT)\nREAL x\nx=10";
+    for routines in [
+        "DEF B()\nC(GV)\nEND\nDEF C(GV:OUT)\nREAL GV\nGV=4".to_owned(),
+        "DEF B()\nDECL REAL GV\nGV=1\nG()\nEND\nDEF G()\nGV=10".to_owned(),
+        format!("DEF B()\nDECL REAL GV\nA(GV)\nG()\nEND\nDEF G()\nA(GV){sets}"),
+    ] {
+        refused(of("", &routines, &job("")), "'gv' is set by an interrupt");
+    }
+    let alone = format!("DEF B()\nDECL REAL GV\nA(GV){sets}");
+    for own in ["", "DECL REAL GV\n"] {
+        let found = of(own, &alone, &job("")).unwrap_or_else(|found| panic!("{found:?}"));
+        assert_eq!((x(&found), doubts(&found)), (vec![0.0, 5.0], vec![]), "{own}");
+    }
+    // Which element its index chooses only the run knows.
+    let listed = job("DECL REAL L[3]\nL[3]=7\n");
+    let list = "I=2\nINTERRUPT DECL 3 WHEN $IN[2] DO B()\nINTERRUPT ON 3\nLIN {X L[3]}\nEND\n\
+                DEF B()\nDECL INT I\nI=3\nL[I]=9";
+    refused(with(&format!("DECL INT I\n{START}\n{list}"), &listed), "'l' is set by an interrupt");
+}
+
+/// The flange to the controller, whatever the job's tcp is.
+#[test]
+fn tool_0_under_the_tcp_of_the_job_is_a_doubt() {
+    let mut job = settings();
+    let of = |body: &str, job: &Settings| {
+        let found = with(body, job).unwrap_or_else(|found| panic!("{body}: {found:?}"));
+        (found.moves[0].tcp.translation.z, doubts(&found))
+    };
+    let chosen = ["$TOOL=$NULLFRAME", "$TOOL=TOOL_DATA[0]", "BAS(#TOOL,0)"];
+    let axes = "PTP {A1 0,A2 0,A3 0,A4 0,A5 9,A6 0}";
+    for tool in chosen {
+        assert_eq!(of(&format!("{tool}\n{START}"), &job), (0.0, vec![]), "{tool}");
+    }
+    job.tcp = Some(Isometry3::translation(0.0, 0.0, 0.2));
+    let told = |line| vec![(Code::ChangeIgnored, line)];
+    for tool in chosen {
+        assert_eq!(of(&format!("{tool}\n{START}"), &job), (0.2, told(4)), "{tool}");
+        // Only where a place counts with it.
+        assert_eq!(of(&format!("{tool}\n{axes}"), &job), (0.2, vec![]), "{tool}");
+        let other = "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}";
+        assert_eq!(of(&format!("{tool}\n{other}\n{START}"), &job), (0.1, vec![]), "{tool}");
+    }
+    let copied = format!("FRAME T\nT=TOOL_DATA[0]\n$TOOL=T\n{START}");
+    assert_eq!(of(&copied, &job), (0.2, told(6)));
+    let once = format!("S{START} WITH $TOOL=$NULLFRAME\nLIN {{X 9}}");
+    assert_eq!(of(&once, &job), (0.2, told(3)));
+    // The job says that its tcp is meant, or that the flange is.
+    for z in [0.2, 0.0] {
+        job.tool_frames.insert(0, Isometry3::translation(0.0, 0.0, z));
+        for tool in chosen {
+            assert_eq!(of(&format!("{tool}\n{START}"), &job), (z, vec![]), "{tool}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! RAPID: what the controller, traps, handlers of errors, other tasks and other modules decide.
 
 use detune::notes::{Class, Code, Note};
-use detune::program::{Assumed, Dialect, Program, Settings, read};
+use detune::program::{Assumed, Dialect, ExternalAxis, Program, SetBy, Setter, Settings, read};
 
 use super::support::{assert_ends, at, module, settings};
 
@@ -383,4 +383,281 @@ fn what_a_handler_sets_is_followed_through_calls_and_its_own_names() {
     assert_eq!(of(&format!("T;\nIF k=1 {NEXT}"), &constant), []);
     let never = handler("PROC Never()", "ok:=FALSE;");
     assert_eq!(of(&asks("ok").replace("T;\n", ""), &never), []);
+}
+
+/// Technical reference manual, WaitUntil: it waits until the condition is met.
+#[test]
+fn behind_wait_until_what_the_job_assumes_holds_no_longer_where_it_waits_for_another_value() {
+    let truth = |name: &str, value: bool| (name.to_owned(), Assumed::Truth(value));
+    let number = |name: &str, value: f64| (name.to_owned(), Assumed::Number(value));
+    let assume =
+        [truth("di1", true), truth("di2", false), number("gi1", 1.0), number("opmode", 1.0)];
+    let job = Settings { assume: assume.into(), ..settings() };
+    let more = "FUNC bool IsOff()\nRETURN di1=0;\nENDFUNC";
+    let of = |wait: &str, asks: &str| {
+        run(&format!("{MOVE}\nWaitUntil {wait};\nIF {asks} {NEXT}"), more, &job)
+    };
+    for wait in [
+        "di1=0",
+        "0=di1",
+        "di1=low",
+        "di1<>1",
+        "NOT di1=1",
+        "di1=0 AND di2=0",
+        "di1=0 OR di2=1",
+        "DInput(di1)=0",
+        "TestDI(di1)=FALSE",
+        "\\InPos,di1=0",
+        "di1=0\\MaxTime:=5",
+        "IsOff()",
+    ] {
+        refused(of(wait, "di1=0"), 6, &["'di1' is not known here", "waits for another value"]);
+    }
+    for wait in ["GInput(gi1)=3", "gi1>2"] {
+        refused(of(wait, "GInput(gi1)=3"), 6, &["'gi1' is not known here"]);
+    }
+    refused(of("OpMode()=2", "OpMode()=2"), 6, &["'OpMode' is not known here"]);
+    // What it does not wait for otherwise holds.
+    for (wait, asks, moves) in
+        [("di1=1", "di1=1", 2), ("di1=0 AND di2=0", "di2=0", 2), ("gi1<2", "gi1=1", 2)]
+    {
+        let found = of(wait, asks).unwrap();
+        assert_eq!((found.moves.len(), doubts(&found)), (moves, vec![]), "{wait}");
+    }
+    // Data of all tasks, which the job has otherwise.
+    let job = Settings { assume: [truth("go", false)].into(), ..settings() };
+    let body = format!("{MOVE}\nWaitUntil go;\nIF go {NEXT}");
+    let found = run(&body, "PERS bool go:=FALSE;", &job).unwrap_err();
+    assert!(found[0].what.contains("WaitUntil waits for another value"), "{found:?}");
+    // And what a trap sets.
+    let body = body.replace("WaitUntil", "CONNECT i1 WITH tr;\nWaitUntil");
+    let trap = "VAR bool go;\nVAR intnum i1;\nTRAP tr\ngo:=TRUE;\nENDTRAP";
+    refused(run(&body, trap, &job), 7, &["WaitUntil waits for another value"]);
+    // The next cycle starts as the first.
+    let job = Settings { assume: [truth("di1", true)].into(), ..settings() };
+    let body = format!("{MOVE}\nb:=di1=1;\nWaitUntil di1=0;\nIF b {NEXT}");
+    let found = run(&body, "VAR bool b;", &job).unwrap();
+    assert_eq!((found.moves.len(), doubts(&found)), (2, vec![]));
+}
+
+/// The controller loads no program that compares a string with a number.
+#[test]
+fn what_is_compared_with_a_string_assume_does_not_give() {
+    // What it is written from.
+    refused(
+        with(&format!("{MOVE}\nIF NumToStr(n,0)=\"1\" {NEXT}"), ""),
+        5,
+        &["assume: in the job"],
+    );
+    let asks = [
+        format!("IF sMode=\"auto\" {NEXT}"),
+        format!("TEST sMode\nCASE \"auto\": {NEXT}\nDEFAULT:\nENDTEST"),
+        format!("IF \"auto\"<>sMode {NEXT}"),
+    ];
+    for asks in &asks {
+        let body = format!("{MOVE}\n{asks}");
+        let found = with(&body, "").expect_err(asks);
+        assert!(found[0].what.contains("path.program.files"), "{found:?}");
+        assert!(!found[0].what.contains("assume: "), "{found:?}");
+        let said = ["expected a string, found 1", "write the value into a copy"];
+        refused(run(&body, "", &assuming("smode", 1.0)), 5, &said);
+        let called = body.replace("sMode", "GetMode()");
+        let found = with(&called, "").expect_err(asks);
+        assert!(!found[0].what.contains("assume: "), "{found:?}");
+        refused(run(&called, "", &assuming("getmode", 1.0)), 5, &said);
+    }
+}
+
+#[test]
+fn the_feed_of_the_job_for_two_speeds_of_no_file_is_a_doubt() {
+    let of = |speeds: [&str; 2]| {
+        let [first, second] = speeds.map(|speed| NEXT.replace("v5", speed));
+        doubts(&with(&format!("{MOVE}\n{first}\n{}", second.replace("10", "20")), "").unwrap())
+    };
+    assert_eq!(of(["v75", "v25"]), [(Code::ChangeIgnored, 6)]);
+    assert_eq!(of(["v75", "v75"]), []);
+    assert_eq!(of(["v75", "v10"]), []);
+    // Of the second cycle, in which both have stood before, nothing more is told.
+    let [first, second] = ["10", "20"].map(|x| NEXT.replace("v5", "s").replace("10", x));
+    let body = format!("{MOVE}\ns:=v75;\n{first}\ns:=v25;\n{second}");
+    let found = with(&body, "VAR speeddata s;");
+    assert_eq!(doubts(&found.unwrap()), [(Code::ChangeIgnored, 8)]);
+}
+
+/// The index counts 1, 2: 10 mm at 50 mm/s, then at 5 mm/s.
+#[test]
+fn a_function_in_the_index_of_a_speed_runs_once_for_a_move() {
+    let speeds = "VAR speeddata s{2}:=[[50,500,5000,1000],[5,500,5000,1000]];";
+    let more = format!("VAR num k;\n{speeds}\nFUNC num Nx()\nk:=k+1;\nRETURN k;\nENDFUNC");
+    let next = NEXT.replace("v5", "s{Nx()}");
+    let body = format!("{MOVE}\nk:=0;\n{next}\n{}", next.replace("10", "20"));
+    let found = with(&body, &more).unwrap();
+    let feeds: Vec<f64> = found.moves.iter().map(|each| each.feed_m_per_s).collect();
+    assert_eq!(feeds[1..], [0.05, 0.005]);
+}
+
+/// 30° take 3 s at 10 °/s, and the feed of the job is 10 mm/s.
+#[test]
+fn a_turn_at_a_speed_of_no_file_is_a_doubt_where_the_way_takes_less_time() {
+    let of = |x: &str, speed: &str| {
+        let turn = format!("MoveL RelTool(p,{x},0,0\\Rz:=30),{speed},fine,tool0;");
+        doubts(&with(&format!("{MOVE}\n{turn}"), "").unwrap())
+    };
+    for (x, speed) in [("0", "v75"), ("20", "v75"), ("20", "v75\\V:=10")] {
+        assert_eq!(of(x, speed), [(Code::ChangeIgnored, 5)], "{x} {speed}");
+    }
+    for (x, speed) in [("50", "v75"), ("20", "v75\\V:=5"), ("0", "v75\\T:=2"), ("0", "v80")] {
+        assert_eq!(of(x, speed), [], "{x} {speed}");
+    }
+    // Between joints that are known.
+    let of = |turned: &str, speed: &str| {
+        let to = |at: &str, speed: &str| {
+            format!("MoveAbsJ [[0,0,0,0,30,{at}],[9E9,9E9,9E9,9E9,9E9,9E9]],{speed},fine,tool0;")
+        };
+        doubts(&with(&format!("{}\n{}", to("0", "v5"), to(turned, speed)), "").unwrap())
+    };
+    assert_eq!(of("180", "v75"), [(Code::ChangeIgnored, 5)]);
+    assert_eq!(of("0", "v75"), []);
+    assert_eq!(of("180", "v80"), []);
+    // An external axis.
+    let mut job = Settings { joint_count: 7, ..settings() };
+    job.external_axes.insert("eax_a".to_owned(), ExternalAxis { joint: 0, slides: true });
+    let rail = |at: &str, speed: &str| {
+        format!(
+            "MoveL [[100,200,300],[1,0,0,0],[0,0,0,0],[{at},9E9,9E9,9E9,9E9,9E9]],{speed},fine,tool0;"
+        )
+    };
+    let slid = |speed: &str| {
+        let found = run(&format!("{}\n{}", rail("0", "v5"), rail("50", speed)), "", &job).unwrap();
+        doubts(&found)
+    };
+    assert_eq!(slid("v75"), [(Code::ChangeIgnored, 5)]);
+    assert_eq!(slid("v80"), []);
+}
+
+/// v7000 is 7000 mm/s.
+#[test]
+fn vmax_that_the_program_sets_is_a_doubt() {
+    let body = format!("{MOVE}\nvmax:=v7000;\n{}", NEXT.replace("v5", "vmax"));
+    let found = with(&body, "").unwrap();
+    assert_eq!(doubts(&found), [(Code::ChangeIgnored, 5)]);
+    assert_eq!(found.moves[1].feed_m_per_s, 7.0);
+    refused(with(&body.replace("vmax", "v100"), ""), 5, &["is constant and is set here"]);
+    // By reference.
+    let set = |sets: &str| format!("PROC Sv(INOUT speeddata s)\n{sets}\nENDPROC");
+    let body = body.replace("vmax:=v7000", "Sv vmax");
+    let found = with(&body, &set("s:=v7000;")).unwrap();
+    let codes: Vec<Code> = doubts(&found).into_iter().map(|(code, _)| code).collect();
+    assert_eq!((codes, found.moves[1].feed_m_per_s), (vec![Code::ChangeIgnored], 7.0));
+    let slow = format!("{body}\n{}", NEXT.replace("10", "20"));
+    let found = with(&slow, &set("TPWrite \"s\";")).unwrap();
+    assert_eq!((doubts(&found), found.moves[1].feed_m_per_s), (vec![], 5.0));
+}
+
+#[test]
+fn an_array_that_a_trap_sets_a_copy_gives() {
+    let body = format!("{MOVE}\nCONNECT i1 WITH tr;\nIF n{{1}}=0 {NEXT}");
+    let more = "VAR num n{2};\nVAR intnum i1;\nTRAP tr\nn{1}:=1;\nENDTRAP";
+    let found = run(&body, more, &assuming("n", 0.0)).unwrap_err();
+    assert!(found[0].what.contains("write the value into a copy"), "{found:?}");
+    assert!(!found[0].what.contains("assume: in the job"), "{found:?}");
+}
+
+#[test]
+fn a_move_by_a_name_in_a_string_is_that_move() {
+    let call = NEXT.replace("MoveL", "%s%");
+    let found = with(&format!("s:=\"MoveL\";\n{MOVE}\n{call}"), "VAR string s;").unwrap();
+    assert_ends(&found, &[('L', [100.0, 200.0, 300.0]), ('L', [110.0, 200.0, 300.0])]);
+    assert_eq!(doubts(&found), []);
+}
+
+#[test]
+fn a_target_that_a_procedure_of_no_file_may_set_names_it() {
+    let body = format!("{MOVE}\nCalcX;\nMoveL q,v5,fine,tool0;");
+    let said = ["'CalcX', which is in no file", "path.program.files"];
+    refused(with(&body, "VAR robtarget q;"), 6, &said);
+}
+
+#[test]
+fn a_shift_by_a_number_of_no_file_is_given_by_the_job() {
+    for shifted in [
+        "Offs(p,nUp,0,0)",
+        "Offs(p,-nUp,0,0)",
+        "Offs(p,2*nUp,0,0)",
+        "RelTool(p,0,0,nUp)",
+        "RelTool(p,0,0,0\\Rz:=nUp)",
+    ] {
+        let body = format!("MoveL {shifted},v5,fine,tool0;");
+        refused(with(&body, ""), 4, &["assume: {\"nUp\": …} in the job can give it"]);
+        assert_eq!(run(&body, "", &assuming("nup", 5.0)).unwrap().moves.len(), 1);
+    }
+}
+
+#[test]
+fn data_of_one_name_in_two_procedures_to_which_assume_gives_one_answer_are_a_doubt() {
+    let asks = format!("VAR num k;\nTPReadNum k,\"?\";\nIF k=1 {NEXT}\nENDPROC");
+    let more = format!("PROC A()\n{asks}\nPROC B()\n{asks}");
+    let of = |calls: &str| {
+        doubts(&run(&format!("{MOVE}\n{calls}"), &more, &assuming("k", 1.0)).unwrap())
+    };
+    assert_eq!(of("A;\nB;"), [(Code::MotionLeftOut, 15)]);
+    assert_eq!(of("A;\nA;"), []);
+    // One that is only shown, and one datum by two names.
+    let shows = more.replacen(&format!("IF k=1 {NEXT}"), "IF k=1 TPWrite \"\"\\Num:=k;", 1);
+    let of = |calls: &str, more: &str| {
+        doubts(&run(&format!("{MOVE}\n{calls}"), more, &assuming("k", 1.0)).unwrap())
+    };
+    assert_eq!(of("A;\nB;", &shows), []);
+    let given = format!("VAR num n1;\nVAR num n2;\n{}", more.replace("VAR num k;", ""))
+        .replace("A()", "A(INOUT num k)")
+        .replace("B()", "B(INOUT num k)");
+    assert_eq!(of("A n1;\nB n1;", &given), []);
+    assert_eq!(of("A n1;\nB n2;", &given).len(), 1);
+}
+
+#[test]
+fn what_a_trap_or_a_handler_sets_for_later_moves_is_a_doubt() {
+    let what = Setter::Signal("goS".to_owned());
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
+    let left_out = |body: &str, more: &str| {
+        let found = run(&format!("SetGO goS,3000;\n{MOVE}\n{body}\n{NEXT}"), more, &job).unwrap();
+        let told = found.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+        told.map(at).collect::<Vec<_>>()
+    };
+    const NONE: [usize; 0] = [];
+    for (sets, told) in [
+        ("SetGO goS,500;", true),
+        ("Reset goS;", true),
+        ("VelSet 50,500;", true),
+        ("vmax:=v100;", true),
+        ("Give goS;", true),
+        ("PDispSet [[0,0,1],[1,0,0,0]];", true),
+        ("Reset do1;", false),
+        ("n:=1;", false),
+    ] {
+        let give = "VAR num n;\nPROC Give(VAR signalgo s)\nSetGO s,5;\nENDPROC";
+        let trap = format!("VAR intnum i1;\nTRAP tr\n{sets}\nENDTRAP\n{give}");
+        let found = left_out("CONNECT i1 WITH tr;", &trap);
+        assert_eq!(found, if told { vec![10] } else { vec![] }, "{sets}");
+        for (end, goes_on) in [
+            ("TRYNEXT;", true),
+            ("", true),
+            ("IF n=5 EXIT;", true),
+            ("RAISE;", false),
+            ("Off;\nRAISE;", false),
+            ("EXIT;", false),
+        ] {
+            let give = format!("{give}\nPROC Off()\nIF n=1 RETURN;\nENDPROC");
+            let get = format!("PROC Get()\nSet do1;\nERROR\n{sets}\n{end}\nENDPROC\n{give}");
+            let found = left_out("Get;", &get);
+            assert_eq!(found, if told && goes_on { vec![9] } else { vec![] }, "{sets} {end}");
+        }
+    }
+    assert_eq!(left_out("", ""), NONE);
+    let more = "PROC Get(VAR signalgo s)\nSet do1;\nERROR\nSetGO s,5;\nTRYNEXT;\nENDPROC";
+    assert_eq!(left_out("Get goS;", more), [9]);
+    // The caller goes on.
+    let more = "PROC Get()\nSub;\nERROR\nTRYNEXT;\nENDPROC\n\
+                PROC Sub()\nSet do1;\nERROR\nVelSet 50,500;\nRAISE;\nENDPROC";
+    assert_eq!(left_out("Get;", more), [14]);
 }

@@ -514,9 +514,30 @@ fn variables_and_modes_of_the_control() {
         ("BSPLINE\nX20 Y5\n", "BSPLINE begins a spline"),
         ("# TEXT\n", "'#' is no word of Sinumerik's"),
         ("G1 Z1=5\n", "'Z1=' is not understood"),
+        ("SETMS(2)\n", "SETMS(2) makes another spindle the main one"),
+        ("FXS[X]=0\n", "FXS[ ] is for the travel to a fixed stop"),
+        ("PO[X]=(10,2)\n", "PO[ ] gives a polynomial"),
+        ("OVRA[X]=50\n", "OVRA[X] is a word of the control for one axis"),
+        ("SPOS[2]=90\n", "SPOS[2] is a word of the control for one axis or spindle"),
     ] {
         refused(text, said);
     }
+    // No variable that the job could declare.
+    let found = run("OVR=50\n").unwrap_err();
+    assert!(found[0].what.ends_with("'OVR=' is not understood"), "{found:?}");
+}
+
+/// Siemens, SINUMERIK 840D sl/828D Fundamentals, "Contour accuracy": the control lowers the feed on
+/// arcs.
+#[test]
+fn a_feed_that_the_contour_accuracy_lowers_is_a_doubt() {
+    let doubts = |text: &str| {
+        let notes = run(text).unwrap().warnings;
+        let notes = notes.into_iter().filter(|note| note.code == Code::MotionLeftOut);
+        notes.map(|note| at(&note)).collect::<Vec<_>>()
+    };
+    assert_eq!(doubts("CPRECON\nG1 X10\nCPRECOF\nX20\n"), [6]);
+    assert!(doubts("CPRECOF\nG1 X10\n").is_empty());
 }
 
 /// The machine's own axes, and a fixed point by its number, as G74 and G75 name them.

@@ -119,7 +119,7 @@ fn the_frame_of_the_positions_is_chosen_where_the_program_says_none() {
     let found = whole(statements, &points("UF : 2, UT : 2"), &job());
     assert_goes(&found, &[[300.0, 0.0, 0.0], [200.0, 0.0, 0.0]]);
     let two = [points("UF : 1, UT : 1"), point(6, [0.0; 3], "UF : 2, UT : 1")].concat();
-    let said = ["UFRAME_NUM is not set before", "known only at run time"];
+    let said = ["UFRAME_NUM is not set before", "write UFRAME_NUM=… before the move"];
     assert_refused(whole(statements, &two, &job()), 4, &said);
     // The one of the last position, and not that of a later choice.
     let behind = "L P[6] 9mm/sec FINE ;\nPR[2]=P[2] ;\nL PR[2] 9mm/sec FINE ;\n";

@@ -2,7 +2,8 @@
 
 use detune::motion::Target;
 use detune::notes::{Class, Code, Note};
-use detune::program::{Assumed, Dialect, Program, SetBy, Setter, Settings, read};
+use detune::program::{Assumed, Dialect, Program, SetBy, Setter, Settings, TipAt, read};
+use nalgebra::Isometry3;
 
 use super::support::{assert_ends, at, pose, settings};
 
@@ -220,4 +221,144 @@ fn registers_that_are_set_to_each_other_in_a_loop_have_one_cause() {
     assert!(what.len() < 400, "{what}");
     let what = refused(tp(&format!("{text}{}", unless("R[3]>0"))), 13, "R[3] is set to what");
     assert!(what.len() < 400, "{what}");
+}
+
+#[test]
+fn a_line_that_begins_with_a_slash_begins_a_section() {
+    let said = "a line that begins with '/' begins a section";
+    for line in [
+        "/ remark of the operator",
+        "   / remark",
+        "/ 5:L P[3] 9mm/sec FINE ;",
+        "/APPL",
+        "/MN",
+        "/ END",
+        "/END of part 1",
+        "/POS 1",
+        "/WORK",
+    ] {
+        refused(tp(&format!("{line}\n{MOVE}")), 6, said);
+    }
+    let two = [point(1, [0.0; 3], ""), point(1, [9.0, 0.0, 0.0], "")];
+    let text = |between: &str, behind: &str| {
+        let [first, second] = &two;
+        let second = if between.is_empty() { "" } else { second };
+        let head = "/PROG T Macro\n/ATTR\n/APPL\n/APPL\n/MN\nL P[1] 9mm/sec FINE ;\n";
+        format!("{head}/POS\n{first}{between}{second}/END\n{behind}")
+    };
+    // The positions behind it are read: the second P[1] stands on line 14.
+    let found = read(text("/ spare\n", "").as_bytes(), Dialect::Fanuc, &job(&[])).unwrap_err();
+    assert_eq!(found.iter().map(at).collect::<Vec<_>>(), [13, 14], "{found:?}");
+    // What stands behind the end is another program.
+    let doubts = |behind: &str| {
+        let found = read(text("", behind).as_bytes(), Dialect::Fanuc, &job(&[]));
+        told(&found, Code::MotionLeftOut)
+    };
+    assert!(doubts("\nnotes\n").is_empty());
+    assert_eq!(doubts("/PROG U\n/MN\n   1:L P[1] 9mm/sec FINE ;\n"), [16]);
+}
+
+/// The faceplate to the controller, whatever the job's tcp is.
+#[test]
+fn tool_0_under_the_tcp_of_the_job_is_a_doubt() {
+    let point = point(1, [0.0; 3], "").replace("UT : 1", "UT : 0");
+    for choice in ["UTOOL_NUM=0 ;", ""] {
+        let body = format!("UFRAME_NUM=1 ;\n{choice}\nL P[1] 9mm/sec FINE ;");
+        let text = format!("/PROG T\n/MN\n{body}\n/POS\n{point}/END\n");
+        let of = |job: &Settings| {
+            let found = read(text.as_bytes(), Dialect::Fanuc, job);
+            let doubts = told(&found, Code::ChangeIgnored);
+            (found.unwrap().moves[0].tcp.translation.z, doubts)
+        };
+        let mut job = job(&[]);
+        assert_eq!(of(&job), (0.0, vec![]));
+        job.tcp = Some(pose([0.0, 0.0, 200.0], [1.0, 0.0, 0.0, 0.0]));
+        assert_eq!(of(&job), (0.2, vec![5]));
+        job.tool_frames.insert(0, pose([0.0; 3], [1.0, 0.0, 0.0, 0.0]));
+        assert_eq!(of(&job), (0.0, vec![]));
+    }
+    // A joint move to joints ends there with any tool; a line to them, and LPOS, depend on it.
+    let mut job = job(&[]);
+    job.tcp = Some(pose([0.0, 0.0, 200.0], [1.0, 0.0, 0.0, 0.0]));
+    job.tip_at = Some(TipAt::new(|q| Some(Isometry3::translation(1.0 + q[0], 0.0, 0.5))));
+    let joints = "P[1]{\n GP1:\n UF : 1, UT : 0,\n J1= 0 deg, J2= 0 deg, J3= 0 deg, J4= 0 deg, \
+                  J5= 9 deg, J6= 0 deg\n};\n";
+    for (body, doubts) in [("J P[1] 9% FINE ;", vec![]), ("L P[1] 9mm/sec FINE ;", vec![5])] {
+        let head = "UFRAME_NUM=1 ;\nUTOOL_NUM=0 ;";
+        let text = format!("/PROG T\n/MN\n{head}\n{body}\n/POS\n{joints}/END\n");
+        let found = read(text.as_bytes(), Dialect::Fanuc, &job);
+        assert!(found.is_ok(), "{found:?}");
+        assert_eq!(told(&found, Code::ChangeIgnored), doubts, "{body}");
+    }
+    let at = point.replace("UT : 0", "UT : 1");
+    let body = "UFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\nL P[1] 9mm/sec FINE ;\nUTOOL_NUM=0 ;\nPR[1]=LPOS ;\n\
+                UTOOL_NUM=1 ;\nL PR[1] 9mm/sec FINE ;";
+    let text = format!("/PROG T\n/MN\n{body}\n/POS\n{at}/END\n");
+    let doubts = told(&read(text.as_bytes(), Dialect::Fanuc, &job), Code::ChangeIgnored);
+    assert!(doubts.contains(&7), "{doubts:?}");
+}
+
+#[test]
+fn a_loop_that_waits_for_another_says_what_for() {
+    let told_by = |statements: &str, line: usize, said: &[&str]| {
+        let found = tp(statements).unwrap_or_else(|found| panic!("{found:?}"));
+        let left_out = found.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+        let notes: Vec<&Note> = left_out.collect();
+        assert_eq!(notes.iter().map(|note| at(note)).collect::<Vec<_>>(), [line], "{notes:?}");
+        assert!(said.iter().all(|said| notes[0].what.contains(said)), "{said:?}: {notes:?}");
+        found.moves.len()
+    };
+    let looped = |exits: &str, body: &str| {
+        format!("R[1]=0 ;\nLBL[1] ;\n{exits}{body}JMP LBL[1] ;\nLBL[2] ;\n{MOVE}")
+    };
+    let done = "IF R[1]=10,JMP LBL[2] ;\n";
+    let failed = "IF R[1]=(-1),JMP LBL[2] ;\n";
+    let waits =
+        ["waits for R[1]=10", "from the move of line 11 on, is not read", "write WAIT R[1]=10"];
+    assert_eq!(told_by(&looped(done, ""), 9, &waits), 0);
+    assert_eq!(
+        told_by(&looped(&format!("{done}{failed}"), ""), 10, &["waits for R[1]=10 or R[1]=(-1)"]),
+        0
+    );
+    let stays =
+        ["read once", "nothing in it leads to R[1]=10", "from the move of line 12 on, is not read"];
+    assert_eq!(told_by(&looped(done, MOVE), 10, &stays), 1);
+    // The exit that leads to what stands behind the loop, not the one to the end of the program.
+    let fails = "IF R[1]=(-1),JMP LBL[99] ;\n";
+    let aborts = format!("{}LBL[99] ;\n", looped(&format!("{fails}{done}"), ""));
+    assert_eq!(told_by(&aborts, 10, &["R[1]=(-1) or R[1]=10", "write WAIT R[1]=10 in"]), 0);
+    // None leads there, or not by itself: no WAIT stands for the loop.
+    let from_line_12 = "from the move of line 12 on, is not read";
+    for (statements, line, said) in [
+        (format!("LBL[5] ;\n{}", looped("IF R[1]=10,JMP LBL[5] ;\n", "")), 10, from_line_12),
+        (looped("IF (R[1]=10) THEN ;\nJMP LBL[2] ;\nENDIF ;\n", ""), 11, "of line 13 on"),
+        (looped("SELECT R[1]=10,JMP LBL[2] ;\n", ""), 9, "of line 11 on"),
+        (format!("{}LBL[99] ;\n", looped(fails, "")), 9, "of line 11 on"),
+    ] {
+        let found = tp(&statements).unwrap_or_else(|found| panic!("{found:?}"));
+        let of = |note: &&Note| note.code == Code::MotionLeftOut;
+        let notes: Vec<&Note> = found.warnings.iter().filter(of).collect();
+        // Where nothing else leads to the moves behind the loop, they are told as well.
+        assert_eq!(at(notes[0]), line, "{notes:?}");
+        let what = &notes[0].what;
+        assert!(what.contains(said) && !what.contains("WAIT"), "{what}");
+    }
+    // As the message advises.
+    assert_eq!(moves(&tp(&format!("R[1]=0 ;\nWAIT R[1]=10 ;\n{MOVE}"))), 1);
+}
+
+#[test]
+fn a_list_or_a_number_that_is_missing_is_refused_where_it_stands() {
+    let said = "'[R80]' is not understood";
+    for value in ["[R80]/2", "2*[R80]", "(R[1]+[R80])"] {
+        refused(
+            tp(&format!("R[1]=6 ;\nR[80:n]={value} ;\nL P[2] R[80:n]mm/sec FINE ;\n")),
+            7,
+            said,
+        );
+    }
+    refused(tp(&unless("[R80]=3")), 6, said);
+    for line in ["J PR[...] 9% FINE", "R[...]=1", "L P[2] R[...]mm/sec FINE Offset,PR[...]"] {
+        refused(tp(&format!("{line} ;\n")), 6, "never filled in");
+    }
 }

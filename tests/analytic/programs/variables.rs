@@ -1,7 +1,7 @@
 //! Variables, arrays and R parameters of Sinumerik's, and parameters that the job assumes.
 
 use detune::notes::Code;
-use detune::program::{Assumed, Dialect, Program, Settings, read};
+use detune::program::{Assumed, Companion, Dialect, Program, Settings, read};
 
 use super::support::{Begun, assert_ends, at, end, settings};
 
@@ -23,6 +23,7 @@ fn arrays_and_indexed_parameters() {
     let arrays = "DEF REAL STATE[3], _d, _w[2]\nDEF INT N_UP[2]\nSTATE[2]=1.5\n_w[1]=STATE[2]*2\n\
                   N_UP[0]=2.6\nX=STATE[2]\nX=_w[1]\nX=N_UP[0]\nX=STATE[0]\n";
     assert_xs(arrays, &[1.5, 3.0, 3.0, 0.0]);
+    assert_xs("DEF REAL TAB[5]\nDEF INT X1=2\nTAB[X1]=5\nX=TAB[2]\n", &[5.0]);
     assert_xs("X=10 DIV 4\nX=3 DIV 4\nX=7 MOD 4\n", &[2.0, 0.0, 3.0]);
     for (text, said) in [
         ("DEF REAL FIELD[2,3]\n", "one dimension"),
@@ -252,4 +253,104 @@ fn what_the_job_assumes_of_parameters() {
         let found = of(&[(name, five)], text, dialect).unwrap_err();
         assert!(found[0].what.ends_with("the program has not set it"), "{found:?}");
     }
+}
+
+/// What the control's own definitions declare (GUD), the job names, and the program may set it.
+#[test]
+fn the_job_declares_variables_of_the_control_s_definitions() {
+    let of = |assume: &[&str], text: &str| {
+        let five = |name: &&str| ((*name).to_owned(), Assumed::Number(5.0));
+        let assume = assume.iter().map(five).collect();
+        let text = format!("G710 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+        read(text.as_bytes(), Dialect::Sinumerik, &Settings { assume, ..settings() })
+    };
+    for (name, text, x) in [
+        ("work[1]", "WORK[1]=2\nX=WORK[1]+10\n", 12.0),
+        ("mygud", "MYGUD=2\nX=MYGUD\n", 2.0),
+        ("mygud", "R1=MYGUD\nMYGUD=2\nX=R1+MYGUD\n", 7.0),
+    ] {
+        let program = of(&[name], text).unwrap_or_else(|why| panic!("{why:?}"));
+        assert_ends(&program, &[0.0, x].map(|x| ('L', [x, 0.0, 5.0])));
+        assert!(program.warnings.iter().all(|note| note.code != Code::Unused), "{text}");
+        let found = of(&[], text).unwrap_err();
+        let said = found[0].what.contains(&format!("assume: {{\"{name}\": …}}"));
+        assert!(said && at(&found[0]) == 4, "{found:?}");
+    }
+    // Words of the control are no variables.
+    for (name, text) in [
+        ("ovr", "OVR=50\n"),
+        ("rndm", "RNDM=2\n"),
+        ("frc", "X5 FRC=50 RND=1\n"),
+        ("offn", "OFFN=3\n"),
+        ("meas", "MEAS=1 X5\n"),
+        ("spos[2]", "SPOS[2]=90\n"),
+        ("toffl", "TOFFL=1\n"),
+        ("tcarr", "TCARR=1\n"),
+        ("disr", "DISR=5\n"),
+    ] {
+        for assume in [&[name][..], &[]] {
+            let found = of(assume, text).unwrap_err();
+            let says = found.iter().any(|note| note.what.contains("declare it"));
+            assert!(at(&found[0]) == 4 && !says, "{text}: {found:?}");
+        }
+    }
+    // Unless the program declares one, as an older control may have it.
+    let own = of(&[], "DEF REAL DISR\nDISR=7\nX=DISR\n").unwrap();
+    assert_ends(&own, &[0.0, 7.0].map(|x| ('L', [x, 0.0, 5.0])));
+}
+
+/// What is set and never read may be a word of the control, as is the name of an axis (`BZ=`).
+#[test]
+fn a_declared_variable_that_is_never_read_is_a_doubt() {
+    let doubts = |name: &str, text: &str, companion: &str| {
+        let companions = vec![Companion { name: "UP.SPF".to_owned(), text: companion.to_owned() }];
+        let assume = [(name.to_owned(), Assumed::Number(5.0))].into_iter().collect();
+        let text = format!("G710 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+        let job = Settings { assume, companions, ..settings() };
+        let program = read(text.as_bytes(), Dialect::Sinumerik, &job);
+        let notes = program.unwrap_or_else(|why| panic!("{why:?}")).warnings;
+        let doubts = notes.into_iter().filter(|note| note.code == Code::MotionLeftOut);
+        doubts.map(|note| (at(&note), note.what)).collect::<Vec<_>>()
+    };
+    for (name, text) in
+        [("bz", "X5\nBZ=3\n"), ("work[1]", "X5\nWORK[1]=2\n"), ("bz", "X5\nBZ=3\nBZ=4\n")]
+    {
+        let found = doubts(name, text, "");
+        let said = format!("'{}' is set and never read", name.to_uppercase());
+        assert!(found.len() == 1 && found[0].0 == 5, "{text}: {found:?}");
+        assert!(found[0].1.starts_with(&said), "{text}: {found:?}");
+    }
+    let beside = doubts("bz", "UP\nX5\n", "PROC UP\nBZ=3\nRET\n");
+    assert!(beside.len() == 1 && beside[0].1.starts_with("UP.SPF:2: 'BZ' is set"), "{beside:?}");
+    for (text, companion) in [
+        ("BZ=3\nX=BZ\n", ""),
+        ("R1=BZ\nBZ=3\n", ""),
+        ("BZ=3\nUP\n", "PROC UP\nX=BZ\nRET\n"),
+        ("X5\n", ""),
+    ] {
+        assert!(doubts("bz", text, companion).is_empty(), "{text}");
+    }
+}
+
+/// One value for all programs, whichever sets it.
+#[test]
+fn a_variable_that_the_job_declares_holds_in_subprograms() {
+    let of = |text: &str, companion: &str| {
+        let companions = vec![Companion { name: "UP.SPF".to_owned(), text: companion.to_owned() }];
+        let assume = [("mygud".to_owned(), Assumed::Number(5.0))].into_iter().collect();
+        let text = format!("G710 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+        read(text.as_bytes(), Dialect::Sinumerik, &Settings { assume, companions, ..settings() })
+    };
+    for (text, companion, xs) in [
+        ("MYGUD=2\nUP\nX=MYGUD\n", "PROC UP\nMYGUD=30\nRET\n", &[30.0][..]),
+        ("MYGUD=2\nUP\nX3\n", "X=MYGUD\nM17\n", &[2.0, 3.0]),
+        ("UP\nX3\nUP\n", "MYGUD=MYGUD+1\nX=MYGUD\nM17\n", &[6.0, 3.0, 7.0]),
+    ] {
+        let program = of(text, companion).unwrap_or_else(|why| panic!("{text}: {why:?}"));
+        let ends = [&[0.0][..], xs].concat();
+        assert_ends(&program, &ends.iter().map(|x| ('L', [*x, 0.0, 5.0])).collect::<Vec<_>>());
+    }
+    // A subprogram with its own of that name: which one is meant is not followed.
+    let found = of("MYGUD=2\nUP\n", "DEF REAL MYGUD\nMYGUD=30\nX=MYGUD\nM17\n").unwrap_err();
+    assert!(found[0].what.contains("'MYGUD=' is not understood"), "{found:?}");
 }
