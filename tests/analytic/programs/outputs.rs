@@ -1,9 +1,10 @@
 //! Outputs that decide which moves are read, and what may move or set them beside the way of the
 //! program.
 
-use detune::notes::{Class, Code, Note};
+use detune::notes::{Code, Note};
 use detune::program::{Assumed, Dialect, Program, SetBy, Setter, Settings, read};
 
+use super::rapid_decided::{MOVE, NEXT, assuming, doubts, run};
 use super::support::{at, faults, module, settings};
 
 type Read = Result<Program, Vec<Note>>;
@@ -25,8 +26,6 @@ fn rapid(body: &str, routines: &str, assumed: &[(&str, Assumed)]) -> Read {
 }
 
 const NONE: [usize; 0] = [];
-
-const MOVE: &str = "MoveL p,v5,fine,tool0;";
 
 /// A line that decides by an output whether the arm moves.
 fn decide(body: &str) -> String {
@@ -352,41 +351,24 @@ fn a_target_that_asks_where_the_arm_is_asks_before_its_move() {
     assert_eq!(doubts(["z50", "fine"]), 1);
 }
 
-const NEXT: &str = "MoveL Offs(p,10,0,0),v5,fine,tool0;";
-
-/// Instructions of RAPID from line 4 on, and data and routines behind them.
-fn aliased(body: &str, more: &str, job: &Settings) -> Read {
-    let text = module(body).replace("ENDMODULE", &format!("{more}\nENDMODULE"));
-    read(text.as_bytes(), Dialect::Rapid, job)
-}
-
-fn assumes(name: &str, value: f64) -> Settings {
-    Settings { assume: [(name.to_owned(), Assumed::Number(value))].into(), ..settings() }
-}
-
-fn doubts(program: &Program) -> Vec<(Code, usize)> {
-    let is_doubt = |note: &&Note| note.code.class() == Class::Doubt;
-    program.warnings.iter().filter(is_doubt).map(|note| (note.code, at(note))).collect()
-}
-
 /// Technical reference manual, AliasIO: a signal is used by another name, too.
 #[test]
 fn a_second_name_of_a_signal_moves_nothing() {
     let of = |before: &str, job: &Settings| {
-        aliased(&format!("{MOVE}\n{before}\n{NEXT}"), "", job).map(|found| doubts(&found))
+        run(&format!("{MOVE}\n{before}\n{NEXT}"), "", job).map(|found| doubts(&found))
     };
     assert_eq!(of("AliasIO do_x,do_y;", &settings()), Ok(vec![]));
     for own in ["do_x", "do_y"] {
         let told = Ok(vec![(Code::MotionLeftOut, 5)]);
-        assert_eq!(of("AliasIO do_x,do_y;", &assumes(own, 1.0)), told, "{own}");
-        assert_eq!(of("AliasIO \"do_x\",do_y;", &assumes(own, 1.0)), told, "{own}");
+        assert_eq!(of("AliasIO do_x,do_y;", &assuming(own, 1.0)), told, "{own}");
+        assert_eq!(of("AliasIO \"do_x\",do_y;", &assuming(own, 1.0)), told, "{own}");
     }
     let of_handler = "Get;\nSet do_x;";
     for alias in ["Set do_x;\nAliasIO do_x,do_y;", "Set do_x;\nAliasIO \"do_x\",do_y;", of_handler]
     {
         let body = format!("{MOVE}\n{alias}\nReset do_y;\nIF DOutput(do_x)=1 {NEXT}");
         let get = "PROC Get()\nSet do1;\nERROR\nAliasIO do_x,do_y;\nTRYNEXT;\nENDPROC";
-        assert_eq!(at(&aliased(&body, get, &settings()).unwrap_err()[0]), 8, "{alias}");
+        assert_eq!(at(&run(&body, get, &settings()).unwrap_err()[0]), 8, "{alias}");
     }
 }
 
@@ -396,7 +378,7 @@ fn a_second_name_of_a_signal_that_is_not_known_is_a_doubt() {
     let what = Setter::Signal("goS".to_owned());
     let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
     let told = |body: &str, more: &str, job: &Settings, code: Code| {
-        let found = aliased(&format!("{body}\n{NEXT}"), more, job).unwrap();
+        let found = run(&format!("{body}\n{NEXT}"), more, job).unwrap();
         let told = found.warnings.iter().filter(|note| note.what.contains("AliasIO gives"));
         told.filter(|note| note.code == code).map(at).collect::<Vec<_>>()
     };
@@ -407,7 +389,7 @@ fn a_second_name_of_a_signal_that_is_not_known_is_a_doubt() {
         assert_eq!(told(&body, more, &job, Code::SpindleCommand), vec![6; lines], "{of}");
         let body = format!("{MOVE}\nAliasIO {of},al;\nWaitDI al,0;");
         let lines = if of == "goS" { 0 } else { lines };
-        let found = told(&body, more, &assumes("di1", 1.0), Code::MotionLeftOut);
+        let found = told(&body, more, &assuming("di1", 1.0), Code::MotionLeftOut);
         assert_eq!(found, vec![5; lines], "{of}");
         assert_eq!(told(&body, more, &settings(), Code::MotionLeftOut), vec![0; 0], "{of}");
     }

@@ -5,11 +5,11 @@ use detune::program::{Assumed, Dialect, ExternalAxis, Program, SetBy, Setter, Se
 
 use super::support::{assert_ends, at, module, settings};
 
-const MOVE: &str = "MoveL p,v5,fine,tool0;";
-const NEXT: &str = "MoveL Offs(p,10,0,0),v5,fine,tool0;";
+pub(super) const MOVE: &str = "MoveL p,v5,fine,tool0;";
+pub(super) const NEXT: &str = "MoveL Offs(p,10,0,0),v5,fine,tool0;";
 
 /// Instructions from line 4 on, and data and routines behind them.
-fn run(body: &str, more: &str, job: &Settings) -> Result<Program, Vec<Note>> {
+pub(super) fn run(body: &str, more: &str, job: &Settings) -> Result<Program, Vec<Note>> {
     let text = module(body).replace("ENDMODULE", &format!("{more}\nENDMODULE"));
     read(text.as_bytes(), Dialect::Rapid, job)
 }
@@ -18,11 +18,11 @@ fn with(body: &str, more: &str) -> Result<Program, Vec<Note>> {
     run(body, more, &settings())
 }
 
-fn assuming(name: &str, value: f64) -> Settings {
+pub(super) fn assuming(name: &str, value: f64) -> Settings {
     Settings { assume: [(name.to_owned(), Assumed::Number(value))].into(), ..settings() }
 }
 
-fn doubts(program: &Program) -> Vec<(Code, usize)> {
+pub(super) fn doubts(program: &Program) -> Vec<(Code, usize)> {
     let is_doubt = |note: &&Note| note.code.class() == Class::Doubt;
     program.warnings.iter().filter(is_doubt).map(|note| (note.code, at(note))).collect()
 }
