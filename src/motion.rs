@@ -91,6 +91,8 @@ pub struct Configuration {
     pub shown: String,
     /// Where joints must be: index from base to tip, lowest and highest position, rad.
     pub joints: Vec<(usize, [f64; 2])>,
+    /// A name for where shoulder, elbow and wrist are: the same at all targets of one name.
+    pub sides: Option<Arc<str>>,
 }
 
 /// What a command makes the spindle do.

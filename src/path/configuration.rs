@@ -1,6 +1,8 @@
 //! The arm configuration that a program asks for at a target: kept or refused.
 
+use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::Arc;
 
 use super::timed_path::{Beside, Knots, Segment, shown_joints};
 use crate::model::{InverseKinematics, JointKind, Robot};
@@ -23,14 +25,87 @@ fn slack(lowest: f64, highest: f64) -> f64 {
     SAME_CONFIGURATION + if lowest < highest { FRAC_PI_2 } else { 0.0 }
 }
 
+/// Where shoulder, elbow and wrist are at the targets that have been reached, by the names that the
+/// program has for it.
+#[derive(Debug, Default)]
+pub(super) struct KnownSides {
+    by_name: HashMap<Arc<str>, [Option<bool>; 3]>,
+}
+
+impl KnownSides {
+    /// A move has ended at `q`.
+    pub(super) fn note(&mut self, kinematics: &InverseKinematics, a_move: &Move, q: &[f64]) {
+        let Some(name) = name_of(a_move) else { return };
+        let known = self.by_name.entry(Arc::clone(name)).or_default();
+        for (known, own) in known.iter_mut().zip(kinematics.sides(q)) {
+            *known = known.or(own);
+        }
+    }
+
+    /// Where they are to be at the end of a move; `None` where that is not known.
+    fn at(&self, a_move: &Move) -> [Option<bool>; 3] {
+        let known = name_of(a_move).and_then(|name| self.by_name.get(name));
+        known.copied().unwrap_or_default()
+    }
+
+    /// Whether the nearest of some joint positions that reach the target of a move may turn the arm
+    /// over, and others may be meant: by what the program says it may have any shoulder and elbow.
+    pub(super) fn turns_over(
+        &self,
+        kinematics: &InverseKinematics,
+        a_move: &Move,
+        from: &[f64],
+        found: &[Vec<f64>],
+    ) -> bool {
+        /// Of an arm of which these are not known others are meant if they are not this many times
+        /// as far.
+        const FAR: f64 = 3.0;
+        let ([nearest, other, ..], Some(_)) = (found, name_of(a_move)) else { return false };
+        let is_known = self.at(a_move)[..2].iter().all(Option::is_some);
+        let [before, there] = [from, nearest].map(|q| kinematics.sides(q));
+        match before[..2].iter().zip(&there).all(|(a, b)| a.is_some() && b.is_some()) {
+            true => !is_known && before[..2] != there[..2],
+            false => {
+                let far = |q: &[f64]| q.iter().zip(from).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+                !is_known && far(other) < FAR * FAR * far(nearest)
+            }
+        }
+    }
+}
+
+fn name_of(a_move: &Move) -> Option<&Arc<str>> {
+    a_move.stated.configuration.as_ref()?.sides.as_ref()
+}
+
+/// Whether two may be the same, as far as they are known.
+fn are_alike(a: [Option<bool>; 3], b: [Option<bool>; 3]) -> bool {
+    a.iter().zip(b).all(|(a, b)| a.zip(b).is_none_or(|(a, b)| a == b))
+}
+
 /// The joint positions, out of all that reach a target, in the arm configuration that the program
 /// asks for there.
 pub(super) fn configured(
     robot: &Robot,
+    kinematics: &InverseKinematics,
     a_move: &Move,
-    found: Vec<Vec<f64>>,
+    known: &KnownSides,
+    mut found: Vec<Vec<f64>>,
 ) -> Result<Vec<Vec<f64>>, (Code, String)> {
     let Some(asked) = &a_move.stated.configuration else { return Ok(found) };
+    let nearest = found.first().map_or_else(String::new, |q| shown_joints(robot, q));
+    let none = || {
+        let what = format!(
+            "the program asks for {} here, and no joint positions in it reach the pose; the \
+             nearest in another are {nearest}",
+            asked.shown
+        );
+        Err((Code::Unreachable, what))
+    };
+    let sides = known.at(a_move);
+    found.retain(|q| are_alike(sides, kinematics.sides(q)));
+    if found.is_empty() {
+        return none();
+    }
     let into = |slack: fn(f64, f64) -> f64| -> Vec<Vec<f64>> {
         found.iter().filter_map(|q| turned_into(robot, q, asked, slack)).collect()
     };
@@ -47,16 +122,7 @@ pub(super) fn configured(
         let least = fitting.iter().map(|q| beyond_in_all(asked, q)).fold(f64::INFINITY, f64::min);
         fitting.retain(|q| beyond_in_all(asked, q) <= least);
     }
-    if fitting.is_empty() {
-        let nearest = found.first().map_or_else(String::new, |q| shown_joints(robot, q));
-        let what = format!(
-            "the program asks for {} here, and no joint positions in it reach the pose; the \
-             nearest in another are {nearest}",
-            asked.shown
-        );
-        return Err((Code::Unreachable, what));
-    }
-    Ok(fitting)
+    if fitting.is_empty() { none() } else { Ok(fitting) }
 }
 
 /// Where a planned path ends its moves beside the configurations that `moves` ask for.

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
-use super::configuration::{beside_configurations, compared, configured};
+use super::configuration::{KnownSides, beside_configurations, compared, configured};
 use super::curve::Curve;
 use super::timed_path::{Knots, MoveKind, Path, Segment, shown_joints};
 use super::timing::{Clock, is_of_feed, largest_step, seconds, stands_still};
 use crate::model::{InverseKinematics, Robot, Solver};
-use crate::motion::{Move, Target, Timing};
+use crate::motion::{Configuration, Move, Target, Timing};
 use crate::notes::{Code, Note, Part, Place};
 use crate::units::percent_from_ratio;
 
@@ -73,7 +73,8 @@ impl<'a> Path<'a> {
         let starts = starts.map_err(|refusal| all_of((0, refusal)))?;
         for (rank, start) in starts.iter().enumerate() {
             match Planner::new(robot, &kinematics, start).run(moves) {
-                Ok((knots, segments)) if rank == 0 || start_near.is_none() => {
+                Ok(planned) if rank == 0 || start_near.is_none() => {
+                    let Planner { knots, segments, turned_over, .. } = planned;
                     let beside =
                         beside_configurations(robot, &kinematics, moves, &knots, &segments);
                     let found_start = (rank > 0).then(|| start.clone());
@@ -84,7 +85,7 @@ impl<'a> Path<'a> {
                         .map(|said| (first.line, Arc::clone(said), shown_joints(robot, start)));
                     let mut path = Self::assemble(robot, kinematics, knots, segments);
                     (path.found_start, path.beside) = (found_start, beside);
-                    path.open_start = open_start;
+                    (path.open_start, path.turned_over) = (open_start, turned_over);
                     let choices = moves.iter().enumerate();
                     let choices = choices.filter(|(_, a_move)| leaves_choice(robot, a_move));
                     path.choices = choices.map(|(index, _)| index).collect();
@@ -204,7 +205,7 @@ fn starts(
     if found.is_empty() {
         return Err(unreachable(robot, kinematics, &tip, near));
     }
-    configured(robot, first, found)
+    configured(robot, kinematics, first, &KnownSides::default(), found)
 }
 
 /// What stops the arm at waypoint `index`, with the later waypoints that are out of reach in
@@ -267,6 +268,9 @@ struct Planner<'r> {
     q: Vec<f64>,
     /// Joint positions where the last line or arc ended, and on which side of the singularities.
     side_at: Option<(Vec<f64>, Option<bool>)>,
+    sides: KnownSides,
+    /// See [`Path::turned_over`].
+    turned_over: Vec<(usize, usize, Arc<Configuration>)>,
     knots: Knots,
     segments: Vec<Segment>,
     /// What the fastest joint of each move turns or slides, summed up.
@@ -287,6 +291,8 @@ impl<'r> Planner<'r> {
             clock: Clock::new(robot),
             q: start.to_vec(),
             side_at: None,
+            sides: KnownSides::default(),
+            turned_over: Vec::new(),
             knots: Knots { time_s: vec![0.0], q: start.to_vec(), segment_of: Vec::new() },
             segments: Vec::new(),
             way_in_all: 0.0,
@@ -297,20 +303,22 @@ impl<'r> Planner<'r> {
     }
 
     /// Runs all moves; an error comes with the waypoint, counted from 0.
-    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>), (usize, Refusal)> {
+    fn run(mut self, moves: &[Move]) -> Result<Self, (usize, Refusal)> {
         // Most moves have one knot.
         self.segments.reserve(moves.len());
         self.knots.reserve(moves.len(), self.q.len());
+        moves.iter().take(1).for_each(|first| self.sides.note(self.kinematics, first, &self.q));
         for (index, next) in moves.iter().enumerate().skip(1) {
             self.index = index;
             self.extend(next).map_err(|refusal| (index, refusal))?;
+            self.sides.note(self.kinematics, next, &self.q);
         }
         if self.segments.is_empty()
             && let Some(last) = moves.last()
         {
             self.segments.push(Segment::standing(last, self.index));
         }
-        Ok((self.knots, self.segments))
+        Ok(self)
     }
 
     /// One more move from where the arm stands.
@@ -331,7 +339,15 @@ impl<'r> Planner<'r> {
                 if solutions.is_empty() {
                     return Err(unreachable(self.robot, self.kinematics, &tip, &self.q));
                 }
-                match configured(self.robot, next, solutions)?.into_iter().next() {
+                let (robot, kinematics) = (self.robot, self.kinematics);
+                let found = configured(robot, kinematics, next, &self.sides, solutions)?;
+                if let (Some(asked), true) = (
+                    &next.stated.configuration,
+                    self.sides.turns_over(kinematics, next, &self.q, &found),
+                ) {
+                    self.turned_over.push((self.index, next.line, Arc::clone(asked)));
+                }
+                match found.into_iter().next() {
                     Some(q) => self.join(next, q),
                     None => Ok(()),
                 }

@@ -9,7 +9,7 @@ use nalgebra::Isometry3;
 use super::curve::Curve;
 use super::timing::{largest_step, stands_still};
 use crate::model::{IkFault, InverseKinematics, JointKind, MovingJoint, PoseFault, Robot, Solver};
-use crate::motion::{Move, Work};
+use crate::motion::{Configuration, Move, Work};
 use crate::units::{deg_from_rad, mm_from_m};
 use crate::wording::distinguishable;
 
@@ -136,6 +136,8 @@ pub struct Path<'a> {
     pub(super) open_start: Option<(usize, Arc<str>, String)>,
     /// Targets that are reached beside the arm configurations that the program asks for.
     pub(super) beside: Vec<Beside>,
+    /// Moves on which the arm may turn over to what the program asks for: index and line.
+    pub(super) turned_over: Vec<(usize, usize, Arc<Configuration>)>,
     /// Moves to poses that leave the arm a choice: fewer joints fixed than there are.
     pub(super) choices: Vec<usize>,
     /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
@@ -171,6 +173,7 @@ impl<'a> Path<'a> {
             found_start: None,
             open_start: None,
             beside: Vec::new(),
+            turned_over: Vec::new(),
             choices: Vec::new(),
             knots_s,
             knots_q: q,
@@ -186,6 +189,8 @@ impl<'a> Path<'a> {
         let stretch_start = stretch.start;
         let beside = self.beside.iter().filter(|target| stretch.contains(&target.index));
         let beside = beside.cloned().collect();
+        let turned_over = self.turned_over.iter().filter(|(index, ..)| stretch.contains(index));
+        let turned_over = turned_over.cloned().collect();
         // A stretch starts where the move before ends.
         let from = stretch.start.saturating_sub(1);
         let chosen = self.choices.iter().copied();
@@ -217,6 +222,7 @@ impl<'a> Path<'a> {
             found_start,
             open_start,
             beside,
+            turned_over,
             choices,
             ..Path::assemble(robot, self.kinematics.clone(), knots, own)
         }
@@ -238,6 +244,13 @@ impl<'a> Path<'a> {
     /// the arm configuration.
     pub fn open_configuration(&self) -> Option<usize> {
         self.beside.iter().find(|target| target.is_open).map(|target| target.line)
+    }
+
+    /// The line of the first joint move that ends with another shoulder or elbow than it began with
+    /// (on an arm without a spherical wrist: with others about as near), and the arm configuration
+    /// that the program asks for there, if no target before has told which joint positions that is.
+    pub fn turned_over(&self) -> Option<(usize, &str)> {
+        self.turned_over.first().map(|(_, line, asked)| (*line, &*asked.shown))
     }
 
     /// Whether the controller takes no joint positions beside what is asked for at any of these

@@ -101,6 +101,13 @@ pub(super) struct Cutter<'a> {
     lost: HashMap<usize, String>,
     /// The last move to where the program does not say: its line, and how.
     left: Option<(usize, String)>,
+    /// The first place is where the tool is, and not where a move ends.
+    pub(super) is_first_place_start: bool,
+    /// Another tool has come into the spindle.
+    is_changed: bool,
+    /// What is to be told of a first move at feed behind that, unless the program starts the
+    /// spindle only then.
+    before_start: Option<(usize, String)>,
 }
 
 impl<'a> Cutter<'a> {
@@ -127,6 +134,9 @@ impl<'a> Cutter<'a> {
             partly: None,
             lost: HashMap::new(),
             left: None,
+            is_first_place_start: false,
+            is_changed: false,
+            before_start: None,
         }
     }
 
@@ -334,6 +344,10 @@ impl<'a> Cutter<'a> {
     }
 
     pub(super) fn turn_spindle(&mut self, line: usize, on: bool) {
+        if on {
+            self.before_start = None;
+        }
+        self.tell_before_start();
         let spindle = if on { Spindle::at(self.rpm) } else { Spindle::Stands };
         self.log.spindle(line, spindle);
         self.is_on = Some(on);
@@ -342,6 +356,8 @@ impl<'a> Cutter<'a> {
 
     /// Another tool comes into the spindle.
     pub(super) fn change(&mut self) {
+        self.tell_before_start();
+        self.is_changed = true;
         self.turns_through_change |= self.is_on == Some(true);
     }
 
@@ -368,11 +384,12 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// A cut that completes the place is not on the path, which begins at its end. Where nothing
-    /// was known before, that is where the program starts.
+    /// A cut that completes the place is not on the path, which begins at its end.
     fn tell_start(&mut self, line: usize, pace: Pace) {
-        let is_partly_known = self.at.iter().any(Option::is_some) && self.place().is_none();
-        if pace == Pace::Rapid || !is_partly_known || self.is_on == Some(false) {
+        let is_known = self.place().is_some() || self.is_first_place_start;
+        // Else the log tells of it.
+        let is_own = !self.log.begins_away();
+        if pace == Pace::Rapid || is_known || self.is_on == Some(false) || !is_own {
             return;
         }
         let what = format!(
@@ -380,7 +397,19 @@ impl<'a> Cutter<'a> {
              X, Y and Z by rapid moves before",
             self.unknown_axes()
         );
+        // The change stops the spindle, which may stand up to a start that follows.
+        if self.is_changed && self.is_on.is_none() {
+            self.before_start.get_or_insert((line, what));
+            return;
+        }
         self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
+    /// Nothing has started the spindle behind a first move at feed.
+    fn tell_before_start(&mut self) {
+        if let Some((line, what)) = self.before_start.take() {
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
     }
 
     /// Whether another tool than one of this number is in the spindle, as far as it is known.
@@ -468,8 +497,9 @@ impl<'a> Cutter<'a> {
         self.partly = Some((line, what));
     }
 
-    /// At the end of a program that goes to no place which is known in full.
+    /// At the end of a program: what starts too late, or goes to no place which is known in full.
     pub(super) fn tell_not_started(&mut self) {
+        self.tell_before_start();
         let is_told = self.log.has_moved() || self.log.has_errors();
         if let Some((line, what)) = self.partly.take().filter(|_| !is_told) {
             let what = format!(

@@ -51,11 +51,22 @@ pub(super) fn grouped(errors: Vec<Note>, kinds: &Kinds) -> Vec<Note> {
     let mut kept: Vec<Note> = Vec::new();
     let mut others: Vec<Vec<usize>> = Vec::new();
     let mut alike: Vec<usize> = Vec::new();
-    let mut first: HashMap<(Code, String), usize> = HashMap::new();
+    let mut first: HashMap<(Code, String, String), usize> = HashMap::new();
     for error in errors {
-        let key = (error.code, error.what.clone());
-        if let (Some(&index), Some(line)) = (first.get(&key), error.place.line) {
-            others[index].push(line);
+        // Of another file its own lines are named.
+        let (file, line, what) = match placed(&error.what) {
+            Some((file, line, what)) => (file, Some(line), what),
+            None => ("", error.place.line, error.what.as_str()),
+        };
+        let key = (error.code, file.to_owned(), what.to_owned());
+        if let (Some(&index), Some(line)) = (first.get(&key), line) {
+            let is_same = |(_, own, _): (&str, usize, &str)| own == line;
+            let is_told = !file.is_empty()
+                && (placed(&kept[index].what).is_some_and(is_same)
+                    || others[index].contains(&line));
+            if !is_told {
+                others[index].push(line);
+            }
             continue;
         }
         first.insert(key, kept.len());
@@ -84,10 +95,20 @@ pub(super) fn grouped(errors: Vec<Note>, kinds: &Kinds) -> Vec<Note> {
     kept
 }
 
-/// A text with one mark for every row of digits.
+/// The place in another file with which a text may begin, and what is told of it.
+fn placed(text: &str) -> Option<(&str, usize, &str)> {
+    let (place, what) = text.split_once(": ")?;
+    let (file, line) = place.rsplit_once(':')?;
+    Some((file, line.parse().ok()?, what))
+}
+
+/// A text with one mark for every row of digits behind its place.
 fn without_numbers(text: &str) -> String {
+    let what = placed(text).map_or(text, |(_, _, what)| what);
+    let (place, what) = text.split_at(text.len() - what.len());
     let mut found = String::with_capacity(text.len());
-    for c in text.chars() {
+    found.push_str(place);
+    for c in what.chars() {
         match c {
             '0'..='9' if found.ends_with('#') => {}
             '0'..='9' => found.push('#'),
@@ -124,5 +145,13 @@ mod tests {
         let fifty = grouped((1..=50).map(|line| at(line, "a")).collect(), &none);
         assert_eq!(fifty.len(), 1);
         assert_eq!(fifty[0].what, "a; 49 more lines likewise (2, 3, 4, 5, …, 50)");
+        // Of another file, which two lines of the main one lead to.
+        let mut kinds = Kinds::default();
+        let all = [(1, "b.mod:3: a"), (1, "b.mod:4: a"), (2, "b.mod:3: a"), (2, "b.mod:4: a")];
+        let firsts = all.iter().filter(|(line, what)| kinds.is_first(Code::Motion, *line, what));
+        let firsts = firsts.map(|(line, what)| at(*line, what)).collect();
+        let found = grouped(firsts, &kinds);
+        let told: Vec<&str> = found.iter().map(|note| note.what.as_str()).collect();
+        assert_eq!(told, ["b.mod:3: a; line 4 likewise"]);
     }
 }

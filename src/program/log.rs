@@ -1,12 +1,15 @@
 //! The one stream that every dialect writes into: moves, dwells, spindle, tool, load, and the words
 //! of the text that state speeds and feeds.
 
+mod away;
+
 use std::collections::HashSet;
 use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
+use self::away::left_out;
 use super::grouping::{Kinds, grouped};
 use super::span::Span;
 use super::{Dialect, Pace, Program, Settings, Spindle, SpindleCommand, standing};
@@ -40,6 +43,8 @@ pub(super) struct Log {
     tcp_of: [Option<Tool>; 2],
     /// The line that sends the tool to that the program does not give, and how.
     away: Option<(usize, String)>,
+    /// Whether the program goes to such a place before the path starts.
+    begins_away: bool,
     /// What holds for the next move.
     stated: Arc<Stated>,
     /// Where the work is on the next move.
@@ -158,6 +163,7 @@ impl Log {
             rapid: None,
             tcp_of: [None, None],
             away: None,
+            begins_away: false,
             stated: Arc::default(),
             work: Work::Stands,
             feeds: StatedFeeds::default(),
@@ -212,20 +218,26 @@ impl Log {
         self.error(Code::TooLong, line, what);
     }
 
-    /// Something beside the motion is left out or assumed; kept once, at the first line.
+    /// Something beside the motion is left out or assumed; kept once, at the first line of the main
+    /// file or of another.
     pub(super) fn warning(&mut self, code: Code, line: usize, what: impl Into<String>) {
-        let what = format!("{}{}", self.within, what.into());
+        let what = what.into();
         if code.class() == Class::Doubt {
             self.doubts.insert(what.clone());
         }
         if self.warned.insert(what.clone()) {
-            self.notes.warning(code, line, what);
+            self.notes.warning(code, line, format!("{}{what}", self.within));
         }
     }
 
-    /// What is told from here on is of a place in another file.
-    pub(super) fn within(&mut self, place: String) {
-        self.within = place;
+    /// What is told from here on is of a place in another file; gives the one before.
+    pub(super) fn within(&mut self, place: String) -> String {
+        std::mem::replace(&mut self.within, place)
+    }
+
+    /// Where in another file the statement that runs stands, before what is told of it.
+    pub(super) fn place(&self) -> &str {
+        &self.within
     }
 
     /// Numbers may be right in the text and overflow on the way to the base frame; one line may ask
@@ -237,6 +249,7 @@ impl Log {
         if matches!(pace, Pace::Feed(_) | Pace::Unstated | Pace::Seconds(_)) {
             self.one_tcp_for_all(line);
         }
+        self.tell_start(line, &to, pace);
         let to = self.come_back(line, to, pace);
         let last = self.last;
         if let Some(last) = last
@@ -282,31 +295,6 @@ impl Log {
         } else {
             self.error(Code::Value, to.line, "the target or the feed is too large a number");
         }
-    }
-
-    /// The way back from a place that the program does not give: by the joints where it is rapid.
-    fn come_back(&mut self, line: usize, to: Target, pace: Pace) -> Target {
-        let Some((from, what)) = self.away.take() else { return to };
-        let to = match to {
-            Target::Line(pose) if pace == Pace::Rapid => Target::JointsTo(pose),
-            to => to,
-        };
-        if matches!(to, Target::Joints(_) | Target::JointsTo(_)) {
-            let stands = self.stated.spindle == Some(Spindle::Stands);
-            let code = if stands { Code::LeftOut } else { Code::MotionLeftOut };
-            let what = format!(
-                "{what}; the arm is taken to go from the place before to that of line {line} \
-                 straight in the joints"
-            );
-            self.warning(code, from, what);
-        } else {
-            let what = format!(
-                "{what}, and motion at feed follows from there; state X, Y and Z by rapid moves \
-                 before, or split the program here into several operations"
-            );
-            self.error(Code::Motion, from, what);
-        }
-        to
     }
 
     /// The arm stands for some time. Before the path starts nothing stands.
@@ -420,6 +408,11 @@ impl Log {
         first.is_some_and(|first| first.from_move <= 1 && first.spindle.rpm().is_some())
     }
 
+    /// Whether the path goes on from where it starts.
+    pub(super) fn has_way(&self) -> bool {
+        self.moves.len() > 1
+    }
+
     /// Whether the path has started.
     pub(super) fn has_moved(&self) -> bool {
         !self.moves.is_empty()
@@ -433,22 +426,6 @@ impl Log {
             *count += 1;
         }
         self.rapid_m_per_s
-    }
-
-    /// The tool goes to a place that the program does not give. Before the first move and behind
-    /// the last the path is whole without that way; in between the way back must be rapid.
-    pub(super) fn leaves(&mut self, line: usize, how: &str) {
-        let what = format!("{how}: the place is not in the program");
-        if self.moves.is_empty() {
-            self.warning(Code::LeftOut, line, left_out(&what));
-        } else {
-            self.away.get_or_insert((line, what));
-        }
-    }
-
-    /// Whether the tool is where the program does not say.
-    pub(super) fn is_away(&self) -> bool {
-        self.away.is_some()
     }
 
     /// The feed of the job where the program states none. The first of all moves does not count.
@@ -604,10 +581,6 @@ impl Log {
         }
         Ok(Program { moves, spindle, feeds, warnings, words })
     }
-}
-
-fn left_out(what: &str) -> String {
-    format!("{what}; the move there is skipped")
 }
 
 /// Length of the straight or round way from a pose, m; the chords' where an arc's points are in

@@ -79,6 +79,15 @@ pub(super) fn on_operation(
             Note::warning(Code::ChangeIgnored, place, what),
         ));
     }
+    if let Some((line, asked)) = path.turned_over() {
+        let what = format!(
+            "other joint positions reach the target, too, and which of them {asked} asks for is \
+             not known: the nearest are taken; teach the position in joints"
+        );
+        let place = Place { line: Some(line), ..Place::default() };
+        let note = Note::warning(Code::ChangeIgnored, place, what);
+        warnings.push(in_operation(job, operation, note));
+    }
     if let Some(overspeed) = path.worst_joint_overspeed() {
         let what = format!(
             "{overspeed}; the robot will be slower there than assumed{}",

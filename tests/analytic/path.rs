@@ -4,7 +4,7 @@
 use std::path::Path as FilePath;
 use std::sync::Arc;
 
-use detune::model::{Placement, Robot, forward_kinematics};
+use detune::model::{InverseKinematics, Placement, Robot, forward_kinematics};
 use detune::motion::{Configuration, Move, Stated, Target, Timing, Turning, Work};
 use detune::notes::{Code, Note, Part};
 use detune::path::{MAX_GAP, MAX_STEP, Path, grid};
@@ -65,7 +65,7 @@ fn the_arm_configuration_of_a_program_is_kept_named_or_refused() {
     let asked = |joint: usize, low: f64, high: f64| {
         // Not reaching over backwards.
         let joints = vec![(0, [0.0, FRAC_PI_2]), (joint, [low, high])];
-        let configuration = Configuration { shown: "its quadrant".to_owned(), joints };
+        let configuration = Configuration { shown: "its quadrant".to_owned(), joints, sides: None };
         let mut moves = moves(
             vec![Target::Joints(vec![0.0; 6]), Target::JointsTo(tcp_pose(&robot, &HOME, &tool()))],
             tool(),
@@ -103,6 +103,80 @@ fn the_arm_configuration_of_a_program_is_kept_named_or_refused() {
     assert!(refused[0].what.contains("asks for its quadrant"), "{refused:?}");
 }
 
+fn named(moves: &mut [Move], names: &[(usize, &str)]) {
+    for &(index, name) in names {
+        let asked = Configuration { shown: name.into(), joints: vec![], sides: Some(name.into()) };
+        moves[index].stated =
+            Arc::new(Stated { configuration: Some(asked.into()), ..Stated::default() });
+    }
+}
+
+fn end(path: &Path) -> [f64; 6] {
+    let mut q = [0.0; 6];
+    path.reader().at(1.0, &mut q).unwrap();
+    q
+}
+
+/// A target behind the arm is nearer over the back. Where the program has one name for the arm configurations, axis 1
+/// turns there, also behind a position in joints; where nothing has told what the name means, the nearest is doubted.
+#[test]
+fn an_arm_that_keeps_its_configuration_does_not_reach_over_its_back() {
+    let robot = irb1600();
+    // By the inverse kinematics of its dimensions over the back at (0.84, -0.84, -0.11, -3.14, 1.89, 0): 1.7 rad away
+    // and not 3.6.
+    let (before, behind) = ([0.8, -0.8, -0.1, -1.5, 1.7, 0.0], [-2.3, -0.8, -0.1, 0.0, 0.6, 0.0]);
+    // The wrist at its singularity, which says nothing of shoulder and elbow.
+    let straight = [0.8, -0.8, -0.1, -1.5, 0.0, 0.0];
+    let reaching = |q: &[f64]| Target::JointsTo(tcp_pose(&robot, q, &tool()));
+    let joints = |q: [f64; 6]| Target::Joints(q.into());
+    let plan = |targets: Vec<Target>, names: &[(usize, &str)], start: &[f64]| {
+        let mut moves = moves(targets, tool());
+        named(&mut moves, names);
+        Path::plan(&robot, &moves, Some(start))
+    };
+    let is_behind = |path: &Path| {
+        let off = end(path).iter().zip(behind).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        off < 1e-9
+    };
+    let other = |path: &Path| path.turned_over().map(|(line, name)| (line, name.to_owned()));
+    let two = || vec![joints(before), reaching(&behind)];
+    let free = plan(two(), &[], &before).unwrap();
+    assert!(!is_behind(&free) && other(&free).is_none());
+    let unknown = plan(two(), &[(1, "NUT")], &before).unwrap();
+    assert!(!is_behind(&unknown));
+    assert_eq!(other(&unknown), Some((21, "NUT".to_owned())));
+    for start in [before, straight] {
+        let from = [reaching(&start), joints(before), reaching(&behind)];
+        let known = plan(from.to_vec(), &[(0, "NUT"), (2, "NUT")], &start).unwrap();
+        assert!(is_behind(&known) && other(&known).is_none(), "{:?}", end(&known));
+        // Another name is not known.
+        let unknown = plan(from.to_vec(), &[(0, "NUT"), (2, "NUB")], &start).unwrap();
+        assert_eq!(other(&unknown), Some((22, "NUB".to_owned())));
+    }
+    // Near by no other is meant.
+    let near = [0.8, -0.7, -0.1, -1.5, 1.7, 0.0];
+    let near = plan(vec![joints(before), reaching(&near)], &[(1, "NUT")], &before).unwrap();
+    assert_eq!(other(&near), None);
+    // The elbow of the arm before would need axis 2 beyond its limit, or the other shoulder.
+    let over = reaching(&[0.8, -1.2, -0.4, 0.0, 1.1, 0.0]);
+    let refused = plan(vec![reaching(&before), over], &[(0, "NUT"), (1, "NUT")], &before);
+    let refused = refused.unwrap_err();
+    let told = "asks for NUT here, and no joint positions in it reach the pose";
+    assert!(refused[0].code == Code::Unreachable && refused[0].what.contains(told), "{refused:?}");
+}
+
+/// The track does not matter for shoulder and elbow.
+#[test]
+fn an_arm_on_a_track_keeps_its_configuration() {
+    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/rail-mill/robot.yaml");
+    let robot = detune::input::read_robot(&file, &mut detune::input::Reading::default()).unwrap();
+    let kinematics = InverseKinematics::new(&robot);
+    let arm = |q: &[f64]| kinematics.sides(q);
+    let at: Vec<f64> = [vec![0.4], HOME.to_vec()].concat();
+    let elsewhere: Vec<f64> = [vec![-1.0], HOME.to_vec()].concat();
+    assert!(arm(&at).iter().all(Option::is_some) && arm(&at) == arm(&elsewhere));
+}
+
 /// A track has no turns: 0.3 m and 0.3 m − 2π are not the same place.
 #[test]
 fn a_sliding_axis_makes_no_whole_turn_into_a_configuration() {
@@ -122,7 +196,7 @@ fn a_sliding_axis_makes_no_whole_turn_into_a_configuration() {
     let pose = tcp_pose(&robot, &at, &tool());
     let mut moves = moves(vec![Target::Joints(at), Target::JointsTo(pose)], tool());
     let shown = "its side of the track".to_owned();
-    let configuration = Configuration { shown, joints: vec![(track, [-20.0, 0.0])] };
+    let configuration = Configuration { shown, joints: vec![(track, [-20.0, 0.0])], sides: None };
     let configuration = Some(Arc::new(configuration));
     moves[1].stated = Arc::new(Stated { configuration, ..Stated::default() });
     match Path::plan(&robot, &moves, None) {
@@ -498,7 +572,8 @@ fn the_end_of_a_line_is_beyond_its_own_limit() {
     let mut line = moves(targets, tool());
     let upper = robot.joints()[1].limit.unwrap()[1];
     for (at, is_beyond) in [(upper + 1.0, true), (HOME[1] + 1.0, false)] {
-        let configuration = Configuration { shown: "joints".into(), joints: vec![(1, [at, at])] };
+        let configuration =
+            Configuration { shown: "joints".into(), joints: vec![(1, [at, at])], sides: None };
         line[1].stated =
             Arc::new(Stated { configuration: Some(configuration.into()), ..Stated::default() });
         let faults = Path::plan(&robot, &line, None).unwrap_err();

@@ -382,6 +382,40 @@ fn a_schedule_that_ends_early_and_a_speed_of_many_zeros_are_told() {
     assert!(err(&refused).contains("spindle_rpm is 1e-300, must lie in"), "{}", err(&refused));
 }
 
+/// A program of two moves with a tool of this load, and one under tool0.
+fn with_load(load: &str) -> String {
+    format!(
+        "MODULE M\nCONST robtarget p:=[[0,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+         PERS tooldata ta:=[TRUE,[[0,0,150],[1,0,0,0]],[{load},[1,0,0,0],0,0,0]];\nPROC main()\n\
+         MoveL p,v5,fine,ta;\nMoveL Offs(p,9,0,0),v5,fine,ta;\nMoveL Offs(p,9,9,0),v5,fine,tool0;\n\
+         ENDPROC\nENDMODULE\n"
+    )
+}
+
+/// `payload: none` of the job is the load of moves of which the program states none.
+#[test]
+fn moves_without_a_load_carry_nothing_where_the_job_says_so() {
+    let bench = Bench::new(STEADY, &policy(""));
+    let job = bench.0.path().join("job.yaml");
+    let of_job = fs::read_to_string(&job).unwrap();
+    let of_job = of_job.replace("rough.nc", "rough.mod").replace(": 400", ": 300");
+    fs::write(&job, of_job.replace(", payload: none}", "}\npayload: none")).unwrap();
+    fs::write(bench.0.path().join("rough.mod"), with_load("1.5,[0,0,1]")).unwrap();
+    let found = bench.json();
+    let codes: Vec<_> =
+        found["warnings"].as_array().unwrap().iter().map(|own| &own["code"]).collect();
+    assert!(codes.iter().all(|code| **code != "payload_unknown"), "{found}");
+    let sources: Vec<_> = found["operations"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|own| &own["payload"]["source"])
+        .collect();
+    assert_eq!(sources, ["program", "none"], "{found}");
+    // The tool of the program is not nothing.
+    assert!(codes.iter().any(|code| **code == "tool_mass_conflict"), "{found}");
+}
+
 /// RobotStudio gives every new tool 1 kg at [0, 0, 1] mm, which states nothing, and tool0 has no load; a load of
 /// other moves says nothing of those under tool0.
 #[test]
@@ -392,13 +426,7 @@ fn the_load_of_a_new_tool_leaves_no_doubt_about_others() {
     let of_job = of_job.replace("rough.nc", "rough.mod").replace(": 400", ": 300");
     fs::write(&job, of_job).unwrap();
     for (load, verdict) in [("1,[0,0,1]", "clear"), ("1.5,[0,0,1]", "uncertain")] {
-        let program = format!(
-            "MODULE M\nCONST robtarget p:=[[0,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
-             PERS tooldata ta:=[TRUE,[[0,0,150],[1,0,0,0]],[{load},[1,0,0,0],0,0,0]];\nPROC main()\n\
-             MoveL p,v5,fine,ta;\nMoveL Offs(p,9,0,0),v5,fine,ta;\nMoveL Offs(p,9,9,0),v5,fine,tool0;\n\
-             ENDPROC\nENDMODULE\n"
-        );
-        fs::write(bench.0.path().join("rough.mod"), program).unwrap();
+        fs::write(bench.0.path().join("rough.mod"), with_load(load)).unwrap();
         let found = bench.json();
         let doubts = found["warnings"].as_array().unwrap().iter();
         let doubts = doubts.filter(|own| own["code"] == "payload_unknown").count();

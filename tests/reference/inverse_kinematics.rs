@@ -275,6 +275,41 @@ fn closed_form_finds_every_pose_again_on_tilted_frames_and_an_oblique_wrist() {
     assert_eq!(round_trips(&crooked(), IkMethod::SphericalWrist, 5000, 8), 0);
 }
 
+/// All joint positions of one pose differ in a side; det J, which changes its sign with each of them, is that of the
+/// Jacobian.
+#[test]
+fn sides_tell_the_solutions_of_a_pose_apart() {
+    for robot in [irb1600(), down_and_stretched(), crooked()] {
+        let kinematics = InverseKinematics::new(&robot);
+        let mut rng = ChaCha8Rng::seed_from_u64(11);
+        let mut hands = std::collections::HashMap::new();
+        let mut most = 0;
+        for _ in 0..500 {
+            let target = tip_at(&robot, &random_pose(&robot, &mut rng));
+            let solutions = kinematics.solutions(&robot, &target);
+            let found: Vec<[Option<bool>; 3]> =
+                solutions.iter().map(|q| kinematics.sides(q)).collect();
+            if found.iter().flatten().any(Option::is_none) {
+                continue;
+            }
+            for (i, sides) in found.iter().enumerate() {
+                assert!(!found[..i].contains(sides), "{found:?}");
+                let singularity = kinematics.singularity(&robot, &solutions[i]).unwrap();
+                let is_even = sides.iter().filter(|side| **side == Some(true)).count() % 2 == 0;
+                let hand = singularity.is_right_handed.unwrap();
+                assert_eq!(*hands.entry(is_even).or_insert(hand), hand);
+            }
+            most = most.max(found.len());
+        }
+        assert!(most == 8 && hands[&true] != hands[&false], "{most} {hands:?}");
+    }
+    // Another wrist, and the arm of the IRB 1600 stretched out.
+    assert_eq!(InverseKinematics::new(&offset_wrist()).sides(&[0.3; 6]), [None; 3]);
+    let [shoulder, elbow, wrist] =
+        InverseKinematics::new(&irb1600()).sides(&[0.0, 0.5, -FRAC_PI_2, 0.0, 0.5, 0.0]);
+    assert!(shoulder.is_some() && elbow.is_none() && wrist.is_some());
+}
+
 #[test]
 fn numeric_method_finds_every_pose_again_on_an_offset_wrist() {
     let missing = round_trips(&offset_wrist(), IkMethod::Numeric, 150, 16);

@@ -79,10 +79,10 @@ impl<'r> Reader<'r> {
         }
     }
 
-    /// Whether the job has a payload of its own, which is that of moves whose load no program
-    /// states.
+    /// Whether the job says what the arm carries, or that it carries nothing, which holds for moves
+    /// whose load no program states.
     pub(super) fn has_payload(&self) -> bool {
-        matches!(self.raw.payload, Some(raw::Payload::Body(_)))
+        self.raw.payload.is_some()
     }
 
     /// Doubts cuts of which a program does not state the load, where it states that of others: they
@@ -101,8 +101,8 @@ impl<'r> Reader<'r> {
         let place = Place { line: Some(first.line), ..Place::file(file) };
         let what = format!(
             "{called}: the program states the load of some moves and not of this one, which is \
-             checked with that of a neighbour: write payload in the job, which is the load of \
-             moves without one"
+             checked with that of a neighbour: write payload in the job, with all that the arm \
+             carries on this move, the tool too; it is the load of moves without one"
         );
         self.programs.reading.warnings.push(Note::warning(Code::PayloadUnknown, place, what));
     }

@@ -173,7 +173,8 @@ fn what_program_and_job_say_differently_is_an_error_unless_it_is_settled() {
         errors[0].contains("feed_mm_per_min is 60, a.nc:3 runs at 100 mm/min, and no move"),
         "{errors:?}"
     );
-    let (job, notices) = read_of(GCODE, "a.nc", "G21 S30000 M3\nG1 X0 Y0 Z0 F120\nX1\n").unwrap();
+    let (job, notices) =
+        read_of(GCODE, "a.nc", "G21 S30000 M3\nG0 X0 Y0 Z0\nG1 X1 F120\n").unwrap();
     assert_eq!(job.operations[0].feed_m_per_s, 0.002);
     assert_eq!(
         notices,
@@ -366,15 +367,16 @@ fn a_load_that_only_a_neighbour_has_is_doubted() {
         let tools = tool("tA", mass) + &tool("tB", "4.2");
         let cuts = [way(3, "tA"), way(4, "tA"), way(5, "tB"), way(6, "tB")].concat();
         let program = format!("MODULE m\n{tools}PROC main()\n{cuts}ENDPROC\nENDMODULE\n");
-        let job = "    spindle_rpm: 1100\n    path: {program: {file: a.mod}}\npayload: ";
-        let (job, notices) = read_of(&format!("{job}{payload}\n"), "a.mod", &program).unwrap();
+        let job = "    spindle_rpm: 1100\n    path: {program: {file: a.mod}}\n";
+        let (job, notices) = read_of(&format!("{job}{payload}"), "a.mod", &program).unwrap();
         let told = notices.into_iter().filter(|what| what.contains("neighbour"));
         let carried = job.operations.iter().map(|own| own.carried.mass_kg);
         (carried.collect::<Vec<_>>(), told.collect::<Vec<_>>())
     };
-    let own = "{mass_kg: 3, com_m: [0, 0, 0]}";
+    let own = "payload: {mass_kg: 3, com_m: [0, 0, 0]}\n";
     assert_eq!(read("-1", own), (vec![3.0, 4.2], vec![]));
-    let told = |mass: &str| read(mass, "none").1;
+    assert_eq!(read("-1", "payload: none\n"), (vec![0.0, 4.2], vec![]));
+    let told = |mass: &str| read(mass, "").1;
     assert_eq!(told("2"), Vec::<String>::new());
     let [one] = &told("-1")[..] else { panic!("{:?}", told("-1")) };
     assert!(one.starts_with("a.mod:6: operation 'rough': the program states the load"), "{one}");

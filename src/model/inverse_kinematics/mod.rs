@@ -96,7 +96,8 @@ pub struct Singularity {
 #[derive(Debug, Clone, PartialEq)]
 pub struct InverseKinematics {
     scale: Scale,
-    closed_form: Option<SphericalWrist>,
+    /// The last six joints, if their axes are of that kind.
+    arm: Option<SphericalWrist>,
 }
 
 impl InverseKinematics {
@@ -108,17 +109,23 @@ impl InverseKinematics {
         let length_m = chain_length(&placement.joint_axes, &zero_tip);
         let unit = |joint: &MovingJoint| if slides(joint) { length_m } else { 1.0 };
         let scale = Scale { length_m, joints: robot.joints().iter().map(unit).collect() };
-        let axes: Option<&[Axis; 6]> = placement.joint_axes.as_slice().try_into().ok();
-        let closed_form = axes
-            .filter(|_| !robot.joints().iter().any(slides))
+        let turn = |joints: &[MovingJoint; 6]| !joints.iter().any(slides);
+        let axes = placement.joint_axes.last_chunk();
+        let arm = axes
+            .filter(|_| robot.joints().last_chunk().is_some_and(turn))
             .and_then(|axes| SphericalWrist::new(axes, &zero_tip, length_m));
-        let chosen = Self { scale, closed_form };
-        if chosen.finds_trial_poses(robot) { chosen } else { Self { closed_form: None, ..chosen } }
+        let chosen = Self { scale, arm };
+        if chosen.finds_trial_poses(robot) { chosen } else { Self { arm: None, ..chosen } }
+    }
+
+    /// Of an arm without further joints.
+    fn closed_form(&self) -> Option<&SphericalWrist> {
+        self.arm.as_ref().filter(|_| self.scale.joints.len() == 6)
     }
 
     /// How this robot is solved.
     pub fn method(&self) -> IkMethod {
-        match self.closed_form {
+        match self.closed_form() {
             Some(_) => IkMethod::SphericalWrist,
             None => IkMethod::Numeric,
         }
@@ -128,6 +135,15 @@ impl InverseKinematics {
     /// frame to the tip at q = 0, summed up (the arm's reach, about).
     pub fn length_m(&self) -> f64 {
         self.scale.length_m
+    }
+
+    /// On which side of its singularities shoulder, elbow and wrist of the last six joints are at
+    /// `q` (rad or m): joint positions that reach one pose, the joints before as they are, differ
+    /// in one of them at least, or in whole turns. `None` at a singularity, and of an arm with
+    /// another wrist.
+    pub fn sides(&self, q: &[f64]) -> [Option<bool>; 3] {
+        let own = self.arm.as_ref().zip(q.last_chunk());
+        own.map_or([None; 3], |(arm, q)| arm.sides(q))
     }
 
     /// The joint positions (rad or m, within limits) that bring the tip frame to `tip_pose` in the
@@ -290,7 +306,7 @@ impl InverseKinematics {
         target: &Isometry3<f64>,
         descent: &mut Descent<'_>,
     ) -> Option<Vec<Vec<f64>>> {
-        let closed_form = self.closed_form.as_ref()?;
+        let closed_form = self.closed_form()?;
         let mut found = Vec::with_capacity(BRANCHES);
         for branch in 0..BRANCHES {
             let Some(mut q) = closed_form.solution(target, branch) else { continue };

@@ -97,6 +97,25 @@ impl SphericalWrist {
         Some([q1, q2, q3, q4, q5, q6])
     }
 
+    /// On which branch the arm is at joints 1, 3 and 5: the signs of the derivatives of the three
+    /// equations by their angles, which change where two roots meet. `None` near such a place.
+    pub(super) fn sides(&self, q: &[f64; 6]) -> [Option<bool>; 3] {
+        /// Nearer to a double root than this, in the scale of the equation, it may be either:
+        /// programs print angles to a thousandth of a degree and lengths to a micrometre.
+        const MIN_SLOPE: f64 = 1e-3;
+        let [u1, u2, u3, u4, u5, u6] = &self.directions;
+        let bent = self.turn(2, q[2]) * (self.wrist - self.points[2]);
+        let from_second = self.turn(1, q[1]) * (self.points[2] + bent - self.points[1]);
+        let from_first = self.points[1] + from_second - self.points[0];
+        let upper_arm = self.across(&(self.points[2] - self.points[1]));
+        let slopes = [
+            u2.dot(&u1.cross(&from_first)) / self.length_m,
+            upper_arm.dot(&u3.cross(&bent)) / (self.length_m * self.length_m),
+            u4.dot(&u5.cross(&(self.turn(4, q[4]) * u6.into_inner()))),
+        ];
+        slopes.map(|slope| (slope.abs() > MIN_SLOPE).then_some(slope > 0.0))
+    }
+
     fn turn(&self, joint: usize, q: f64) -> Matrix3<f64> {
         *Rotation3::from_axis_angle(&self.directions[joint], q).matrix()
     }

@@ -133,6 +133,8 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn new(settings: &'a Settings, log: &'a mut Log) -> Self {
         let mut cutter = Cutter::new(settings, log);
+        // Files without FROM begin there.
+        cutter.is_first_place_start = true;
         let inches = settings.unit == Some(LengthUnit::Inch);
         if settings.unit.is_some() {
             cutter.unit.state(!inches);

@@ -1,6 +1,7 @@
 //! The motion statements of TP programs.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Translation3};
 
@@ -9,7 +10,7 @@ use super::position::{Held, JOINTS, POSE, axes, places_by_job, pose, six};
 use super::run::{BEHIND_ERROR, Run, unstopped};
 use super::shifts::{Shift, unshifted};
 use super::text::{Group, Statement};
-use super::words::{split_action, starts_with, word};
+use super::words::{has_option, split_action, starts_with, word};
 use crate::motion::{Configuration, Target, Turning};
 use crate::notes::Code;
 use crate::program::J3From;
@@ -75,8 +76,14 @@ impl Run<'_> {
             self.tell_chosen(statement.line, &aim.name, &aim.group, aim.is_register);
             self.place_axes(statement.line, &aim)?;
             let (place, tool) = self.resolve(statement.line, &aim.group)?;
-            self.keep_config(statement.line, kind, &aim)?;
-            self.turn_numbers(statement.line, kind, &aim.group);
+            // An increment has no posture, whatever its CONFIG is.
+            if has_option(behind, "INC") {
+                self.configure(None, Vec::new());
+            } else {
+                self.keep_config(statement.line, kind, &aim)?;
+                let joints = self.turns(statement.line, kind, &aim.group);
+                self.configure(aim.group.config.as_deref(), joints);
+            }
             tcp = Some(tool);
             places.push(place);
             last = Some(aim.group);
@@ -240,9 +247,12 @@ impl Run<'_> {
     /// Places the external axes of a position.
     fn place_axes(&mut self, line: usize, aim: &Aim) -> Result<(), String> {
         let mut found: Vec<(String, f64)> = axes(&aim.group).collect();
-        found.sort_by(|(a, _), (b, _)| a.cmp(b));
+        // Of the axes of a second robot first, which no job can give.
+        let of_robot = |axis: &str| second_robot(axis, &aim.group);
+        found.sort_by(|(a, _), (b, _)| (of_robot(a).is_none(), a).cmp(&(of_robot(b).is_none(), b)));
         for (axis, value) in found {
-            self.external.place(self.log, &axis, value)?;
+            let placed = self.external.place(self.log, &axis, value);
+            placed.map_err(|why| of_robot(&axis).unwrap_or(why))?;
             self.axes.insert(axis, value);
         }
         let missing = self.axes.keys().find(|axis| !aim.group.parts.contains_key(*axis));
@@ -278,14 +288,14 @@ impl Run<'_> {
         let own: Vec<&str> =
             config.split(' ').filter(|word| word.parse::<i32>().is_err()).collect();
         let own = own.join(" ");
-        if !self.log.has_moved() {
+        let is_first = !self.log.has_moved();
+        if is_first {
             let what = format!(
                 "CONFIG '{own}' is not compared with the arm configuration that is found; \
                  start_near_deg in the job can give it"
             );
             self.log.warning(Code::Assumed, line, what);
         }
-        let is_first = !self.log.has_moved();
         self.log.compares_no(is_first.then(|| format!("CONFIG '{own}'")));
         let before = self.config.replace(own.clone());
         let Some(before) = before.filter(|before| *before != own) else { return Ok(()) };
@@ -297,25 +307,31 @@ impl Run<'_> {
         Err(format!("CONFIG goes from '{before}' to '{own}': {why}"))
     }
 
+    /// The arm configuration that the next move ends in: the letters that hold, and the joints that
+    /// are known.
+    fn configure(&mut self, config: Option<&str>, joints: Vec<(usize, [f64; 2])>) {
+        let sides = self.config.as_deref().map(Arc::from);
+        let shown = config.or(sides.as_deref()).map(|config| format!("CONFIG '{config}'"));
+        let asked = shown.filter(|_| sides.is_some() || !joints.is_empty());
+        self.log.configure(asked.map(|shown| Configuration { shown, joints, sides }));
+    }
+
     /// A joint move ends with the turns of its CONFIG: with none, no axis is beyond half a turn.
     /// Which axes other numbers are of differs between arms.
-    fn turn_numbers(&mut self, line: usize, kind: &str, group: &Group) {
+    fn turns(&mut self, line: usize, kind: &str, group: &Group) -> Vec<(usize, [f64; 2])> {
         const TURNING: [usize; 3] = [0, 3, 5];
         let config = group.config.as_ref().filter(|_| kind == "J");
         let words = config.iter().flat_map(|config| config.split([' ', ',']));
         let turns: Vec<i32> = words.filter_map(|word| word.parse().ok()).collect();
-        let arm = self.external.arm().filter(|_| !turns.is_empty());
         if turns.iter().any(|turn| *turn != 0) {
             let what = "the turn numbers of CONFIG are not read where they are not 0: the arm is \
                         taken to go the shorter way";
             self.log.warning(Code::AxisIgnored, line, what);
-            self.log.configure(None);
-            return;
+            return Vec::new();
         }
-        self.log.configure(config.zip(arm).map(|(config, arm)| Configuration {
-            shown: format!("CONFIG '{config}'"),
-            joints: TURNING.map(|axis| (arm[axis], [-PI, PI])).into(),
-        }));
+        let arm = self.external.arm().filter(|_| !turns.is_empty());
+        let half = |arm: [usize; 6]| TURNING.map(|axis| (arm[axis], [-PI, PI])).into();
+        arm.map_or_else(Vec::new, half)
     }
 
     /// Tells of what turns the wrist otherwise than the position and the kind of motion say;
@@ -327,8 +343,7 @@ impl Run<'_> {
         options: &str,
         (to, turn): (Option<&Group>, Option<f64>),
     ) {
-        let words = options.split([' ', '\t', ',']);
-        let has = |name| words.clone().any(|own| own.eq_ignore_ascii_case(name));
+        let has = |name| has_option(options, name);
         // The path starts where the first of all moves ends.
         if !self.log.has_moved() {
             return;
@@ -339,7 +354,7 @@ impl Run<'_> {
             self.log.warning(Code::AxisIgnored, line, what);
         }
         if kind == "J" && has("MROT") && to.is_some_and(|to| to.config.is_some()) {
-            self.log.configure(None);
+            self.configure(None, Vec::new());
             if turn.is_some_and(|turn| turn < NO_TURN_RAD) {
                 return;
             }
@@ -455,12 +470,27 @@ impl Run<'_> {
     }
 }
 
+/// Why an axis cannot move that is of a group which is a robot itself, by a pose or six joints.
+fn second_robot(axis: &str, group: &Group) -> Option<String> {
+    let (name, _) = axis.split_once('_').filter(|(name, _)| name.starts_with("gp"))?;
+    let has = |part: &str| group.parts.contains_key(&format!("{name}_{part}"));
+    let shown = name.to_uppercase();
+    (has(POSE[0]) || has(JOINTS[5])).then(|| {
+        format!(
+            "{shown} is a second robot, and it moves: one robot is read, that of group 1; in the \
+             file that is checked leave {shown} out of the positions, if the other robot does not \
+             matter"
+        )
+    })
+}
+
 /// The joints of the arm in which a line or an arc ends.
 fn ends_in(q: &[f64; 6], arm: &[usize; 6]) -> Configuration {
     let degrees = q.map(|q| format!("{:.1}", deg_from_rad(q)));
     Configuration {
         shown: format!("J1 to J6 at {}°", degrees.join("°, ")),
         joints: arm.iter().copied().zip(q.map(|q| [q, q])).collect(),
+        sides: None,
     }
 }
 

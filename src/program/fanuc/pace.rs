@@ -42,7 +42,10 @@ impl Run<'_> {
         }
         let value = match self.registers.value(number) {
             Ok(value) => value,
-            Err(why) if kind != "J" => return self.unknown_speed(statement.line, &why.to_string()),
+            Err(why) if kind != "J" => {
+                let of = if unit.is_empty() { ", in mm/sec" } else { "" };
+                return self.unknown_speed(statement.line, &format!("{why}{of}"));
+            }
             Err(_) => return Ok(Pace::Rapid),
         };
         if !(value > 0.0 && value.is_finite()) {

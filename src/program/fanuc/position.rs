@@ -256,7 +256,7 @@ impl Held {
             }
             _ => None,
         };
-        let is_zero = is_same && sign < 0.0 && are_joints.is_some();
+        let is_zero = is_same && sign < 0.0;
         let added = |at: usize| match both(self.elements[at].clone(), other.elements[at].clone()) {
             Ok((own, other)) => Ok(own + sign * other),
             Err(_) if is_zero => Ok(0.0),

@@ -8,7 +8,7 @@ use super::expressions::without_name;
 use super::position::{OffsetCondition, places_by_job};
 use super::registers::{Asked, IS_PULSED, Registers, State};
 use super::text::{Source, Statement, is_dashed_remark, is_motion, is_remark};
-use super::words::{brackets, nameless, register, split_outside, starts_with};
+use super::words::{brackets, is_of_arm, nameless, register, split_outside, starts_with};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_comment, set_by_name};
@@ -213,8 +213,12 @@ impl<'a> Run<'a> {
                 Err(why) => {
                     let decides = ["IF", "SELECT", "JMP"];
                     let text = statement.text.trim();
-                    self.is_lost |= decides.iter().any(|own| starts_with(text, own));
-                    if !(self.log.has_errors() && why.contains(BEHIND_ERROR)) {
+                    let is_branch = decides.iter().any(|own| starts_with(text, own));
+                    self.is_lost |= is_branch;
+                    // Where nothing moves, a branch decides about nothing.
+                    let moves = |own: &Statement| is_motion(own.text.trim());
+                    let is_idle = is_branch && !self.source.statements.iter().any(moves);
+                    if !(is_idle || self.log.has_errors() && why.contains(BEHIND_ERROR)) {
                         self.log.error(Code::Motion, statement.line, why);
                     }
                 }
@@ -242,6 +246,8 @@ impl<'a> Run<'a> {
         let keyword = text.split([' ', '[', '(', '=', ',']).next().unwrap_or("");
         match keyword {
             "END" | "ABORT" => return Ok(true),
+            // Of another group, which the arm is not of.
+            "UFRAME_NUM" | "UTOOL_NUM" if !is_of_arm(text, keyword)? => {}
             "UFRAME_NUM" => {
                 (self.frame, self.chosen_by[0]) = (None, None);
                 self.frame = Some(self.number_behind(text)?);

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::words::end_of_statement;
+use super::words::{end_of_statement, is_of_arm};
 use crate::program::span::Span;
 
 /// A statement without its number and its `;`, continued lines joined.
@@ -140,7 +140,13 @@ pub(super) fn parse(text: &str) -> Source {
         source.frames.of_positions.extend(frame);
         source.tools.of_positions.extend(group.tool);
     }
-    let chooses = |name: &str| source.statements.iter().any(|own| own.text.contains(name));
+    let chooses = |name: &str| {
+        let mut texts = source.statements.iter().map(|own| own.text.as_str());
+        texts.any(|text| {
+            let own = text.find(name).and_then(|at| text.get(at..));
+            own.is_some_and(|own| is_of_arm(own, name) != Ok(false))
+        })
+    };
     source.frames.are_chosen = chooses("UFRAME_NUM");
     source.tools.are_chosen = chooses("UTOOL_NUM");
     source

@@ -163,6 +163,24 @@ pub(super) fn register<'t>(text: &'t str, name: &str) -> Option<(i64, &'t str)> 
     Some((inside.split(',').next()?.trim().parse().ok()?, rest))
 }
 
+/// Whether `UTOOL_NUM[GP1,GP2]=2` or `UTOOL_NUM=2` is of group 1, too, the arm: `[GP2]` is not.
+pub(super) fn is_of_arm(text: &str, name: &str) -> Result<bool, String> {
+    let rest = text.get(name.len()..).unwrap_or("").trim_start();
+    let Some((group, _)) = brackets(rest, "") else { return Ok(true) };
+    let group_of = |text: &str| -> Option<u32> {
+        text.trim().to_ascii_uppercase().strip_prefix("GP")?.trim().parse().ok()
+    };
+    let groups: Option<Vec<u32>> = group.split(',').map(group_of).collect();
+    groups.map(|groups| groups.contains(&1)).ok_or_else(|| {
+        format!("{name}[{group}] is not understood: expected {name}=n, or {name}[GP1]=n")
+    })
+}
+
+/// Whether an option stands behind a target: `INC`, `Wjnt`.
+pub(super) fn has_option(text: &str, name: &str) -> bool {
+    text.split([' ', '\t', ',']).any(|own| own.eq_ignore_ascii_case(name))
+}
+
 /// The first word of a text: `R[5:feed in]mm/sec` has blanks in its comment.
 pub(super) fn word(text: &str) -> &str {
     let end = outside(text, |depth, at| depth == 0 && at.starts_with([' ', '\t']));

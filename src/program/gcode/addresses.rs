@@ -62,6 +62,7 @@ impl Lexer<'_> {
                 return self.computed(block, Reader::expression).map(|_| ());
             }
             _ if bytes.len() == 1 && bytes[0] != b'_' => bytes[0],
+            _ if self.parameters.is_text(&key) => return self.left_out_text(name),
             _ => {
                 if !name.starts_with('_') && !self.parameters.may_set(&key) {
                     let declared = self.parameters.declared_by_job(&key);
@@ -78,10 +79,7 @@ impl Lexer<'_> {
             ));
         }
         if self.byte() == Some(b'"') {
-            let rest = self.bytes.get(self.at + 1..).unwrap_or_default();
-            let end = rest.iter().position(|&b| b == b'"').ok_or("a text is not closed")?;
-            let text = self.line.get(self.at + 1..self.at + 1 + end).unwrap_or("").to_owned();
-            self.at += end + 2;
+            let text = self.text()?.to_owned();
             block.names.push((format!("{name}="), text));
             return Ok(());
         }
@@ -110,6 +108,14 @@ impl Lexer<'_> {
             found => found?,
         };
         add(block, Word { letter, value, span, counts, has_point: true, is_computed: true })
+    }
+
+    /// A variable of the kind STRING is set, which matters where it is read alone.
+    fn left_out_text(&mut self, name: &str) -> Result<(), String> {
+        match self.byte() {
+            Some(b'"') => self.text().map(|_| ()),
+            _ => Err(format!("'{name}=' sets a text (STRING), which is read as \"…\" alone")),
+        }
     }
 
     /// Whether the block's places are those of the machine.

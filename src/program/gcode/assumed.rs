@@ -1,11 +1,12 @@
-//! What the job assumes of parameters that a program reads and does not set: `#100` to `#999`, and
-//! of Sinumerik's R parameters, variables and machine data.
+//! What the job assumes of parameters that a program reads and does not set: `#100` to `#999`,
+//! LinuxCNC's `#<_name>`, and of Sinumerik's R parameters, variables and machine data.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::ops::RangeInclusive;
 
 use super::files::Files;
+use super::predefined::PredefinedName;
 use super::structure::{code, stripped};
 use super::words::{is_r_parameter, is_word};
 use crate::notes::Code;
@@ -101,7 +102,10 @@ impl Given {
         log: &mut Log,
     ) {
         let may_be = match is_sinumerik {
-            false => "#100 to #999 may be assumed",
+            false => {
+                "#100 to #999 may be assumed, and #<_name> but for what the program itself \
+                 settles (#<_x>, #<_y>, #<_z>, #<_feed>, #<_rpm>, units, G90 and G91)"
+            }
             true => "R parameters, variables and machine data ($M…) may be assumed",
         };
         let is_told = |key: &String| self.read.borrow().contains(key) || self.is_only_set(key);
@@ -164,6 +168,13 @@ fn defines(line: &str, name: &str) -> bool {
 /// Whether the job may say what a parameter is, by its name in lower case.
 pub(super) fn may_be_assumed(name: &str, is_sinumerik: bool) -> bool {
     let is_number = |digits: &str| digits.bytes().all(|byte| byte.is_ascii_digit());
+    let is_part = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
+    if !is_sinumerik && name.starts_with('_') {
+        // What a call gives back is the program's own.
+        let is_predefined = PredefinedName::of(name).is_some();
+        let is_own = is_predefined || matches!(name, "_value" | "_value_returned");
+        return name.len() > 1 && name.bytes().all(is_part) && !is_own;
+    }
     if !is_sinumerik {
         let number = name.strip_prefix('#').filter(|digits| is_number(digits));
         return number.and_then(|digits| digits.parse().ok()).is_some_and(|n| COMMON.contains(&n));
@@ -172,7 +183,6 @@ pub(super) fn may_be_assumed(name: &str, is_sinumerik: bool) -> bool {
     if is_r_parameter(head) {
         return head == name;
     }
-    let is_part = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
     if is_word(head) {
         return false;
     }

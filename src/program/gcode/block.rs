@@ -69,6 +69,8 @@ pub(super) struct Block {
     /// What is set when the block has been read; not a number where that is a vacant parameter, or
     /// what cannot be read.
     pub(super) sets: Vec<Set>,
+    /// Names of variables that it declares as texts.
+    pub(super) texts: Vec<String>,
     /// Why H, which gives a length beside G43 or G44, is not known.
     pub(super) unset_length: Option<String>,
 }
@@ -119,6 +121,7 @@ impl Block {
         self.words.clear();
         self.names.clear();
         self.sets.clear();
+        self.texts.clear();
         (self.optional, self.mark, self.unset_length) = (false, false, None);
     }
 }
@@ -351,6 +354,12 @@ impl<'t> Lexer<'t> {
                         supported: name its file under path.program.files, and call it by its name"
                 .to_owned());
         }
+        if name == "CALL" && self.parameters.is_sinumerik() && is_next(rest.get(length..), b'"') {
+            self.at += length;
+            let name = self.text()?.trim().to_ascii_uppercase();
+            block.names.push((name, String::new()));
+            return Ok(());
+        }
         if !self.parameters.is_sinumerik()
             && let Some(name) = output(&name)
         {
@@ -381,6 +390,10 @@ impl<'t> Lexer<'t> {
             let text = self.line.get(self.at + length..).unwrap_or("");
             self.at = self.bytes.len();
             let text = text.split(';').next().unwrap_or("").trim();
+            if let Some(texts) = variables::texts(text) {
+                block.texts.extend(texts);
+                return Ok(());
+            }
             return variables::define(text, self.parameters, &mut block.sets);
         }
         if self.parameters.is_sinumerik()
@@ -397,6 +410,17 @@ impl<'t> Lexer<'t> {
         self.at += length;
         block.names.push((name.chars().take(MAX_NAME).collect(), String::new()));
         Ok(())
+    }
+
+    /// What stands in the quotes that come next, and past them.
+    pub(super) fn text(&mut self) -> Result<&'t str, String> {
+        let rest = self.line.get(self.at..).unwrap_or("");
+        let mut parts = rest.split('"');
+        let (Some(before), Some(text), Some(_)) = (parts.next(), parts.next(), parts.next()) else {
+            return Err("a text is not closed".to_owned());
+        };
+        self.at += before.len() + text.len() + 2;
+        Ok(text)
     }
 
     /// What stands in parentheses, strings with parentheses of their own in it.

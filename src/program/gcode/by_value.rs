@@ -24,7 +24,8 @@ pub(super) fn given(
         "" => Vec::new(),
         inside => arguments(name, inside, known)?,
     };
-    if keys.len() != values.len() {
+    let has_all = keys.iter().skip(values.len()).all(|(_, default)| default.is_some());
+    if values.len() > keys.len() || !has_all {
         return Err(format!(
             "'{name}' calls a subprogram with {} values for the {} parameters of its PROC: have \
              all written",
@@ -33,11 +34,16 @@ pub(super) fn given(
         ));
     }
     let missing = || format!("{name}: a parameter without a value is not supported");
-    keys.into_iter().zip(values).map(|(key, value)| Ok((key, value.ok_or_else(missing)?))).collect()
+    let values = values.into_iter().chain(std::iter::repeat(None));
+    let with_value = |((key, default), value): ((Key, Option<f64>), Option<f64>)| {
+        Ok((key, value.or(default).ok_or_else(missing)?))
+    };
+    keys.into_iter().zip(values).map(with_value).collect()
 }
 
-/// The parameters that PROC names, in order; none where the subprogram has no PROC.
-fn head(name: &str, lines: &[(usize, &str)]) -> Result<Vec<Key>, String> {
+/// The parameters that PROC names, in order, each with the number that it has where the call gives
+/// none; nothing where the subprogram has no PROC.
+fn head(name: &str, lines: &[(usize, &str)]) -> Result<Vec<(Key, Option<f64>)>, String> {
     let mut codes = lines.iter().map(|(_, line)| code(stripped(line)));
     let first = codes.find(|own| !(own.is_empty() || own.starts_with('%')));
     let Some((word, head)) = first.and_then(|own| own.split_once(char::is_whitespace)) else {
@@ -52,12 +58,24 @@ fn head(name: &str, lines: &[(usize, &str)]) -> Result<Vec<Key>, String> {
         return Ok(Vec::new());
     }
     let key = |own: &str| {
-        let words: Vec<String> = own.split_whitespace().map(str::to_lowercase).collect();
+        let (words, default) = own.split_once('=').map_or((own, None), |(a, b)| (a, Some(b)));
+        let default = default.map(|own| match own.trim().to_ascii_uppercase().as_str() {
+            "TRUE" => Ok(1.0),
+            "FALSE" => Ok(0.0),
+            number => number.parse::<f64>(),
+        });
+        let words: Vec<String> = words.split_whitespace().map(str::to_lowercase).collect();
         let is_name = |name: &str| name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        let of = |key: Key| Ok((key, default.clone().and_then(Result::ok)));
         match words.as_slice() {
-            [kind, own] if kind == "real" && is_name(own) => Ok(Key::Name(own.clone())),
-            [kind, own] if kind == "int" && is_name(own) => Ok(Key::Whole(own.clone())),
-            [kind, own] if kind == "bool" && is_name(own) => Ok(Key::Truth(own.clone())),
+            _ if matches!(default, Some(Err(_))) => Err(format!(
+                "{name}: what the parameter '{}' of PROC has without a value is not supported: a \
+                 number, TRUE or FALSE alone",
+                own.trim()
+            )),
+            [kind, own] if kind == "real" && is_name(own) => of(Key::Name(own.clone())),
+            [kind, own] if kind == "int" && is_name(own) => of(Key::Whole(own.clone())),
+            [kind, own] if kind == "bool" && is_name(own) => of(Key::Truth(own.clone())),
             _ => Err(format!(
                 "{name}: the parameter '{}' of PROC is not supported: REAL, INT and BOOL that are \
                  called by value alone",

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::cycle::unknown_before_cycle;
 use super::siemens::{Cycle, DrillingCall, coarse_pitch};
 use super::state::Machine;
+use crate::notes::Code;
 use crate::program::arc::Plane;
 use crate::program::cutter::{self, Feed, FeedKind, Hole};
 use crate::program::log::States;
@@ -84,6 +85,10 @@ impl Machine<'_> {
             }
             _ => (feed, Pace::Rapid),
         };
+        if call.cycle == Cycle::Peck {
+            call.refuse_modes()?;
+            self.whole_feed(line, call)?;
+        }
         let dwell = |at: usize, digit: i32| self.dwell_of(call, at, digit);
         let dwell_s = match call.cycle {
             Cycle::Peck => match dwell(15, 3)? {
@@ -95,9 +100,6 @@ impl Machine<'_> {
         let (mut dwell_peck_s, mut dwell_out_s) = (0.0, 0.0);
         let (mut depths, mut lift, mut over_peck) = (vec![depth], None, 0.0);
         if call.cycle == Cycle::Peck {
-            if call.get(10).is_some_and(|factor| factor != 0.0 && factor != 1.0) {
-                return Err("FRF, a feed of its own for the first depth, is not supported".into());
-            }
             let first = call.depth([5, 6], call.mode(4), surface)?;
             let first = surface - first.ok_or("the cycle has no FDEP and no FDPR")?;
             depths = call.pecks(depth, first)?;
@@ -171,6 +173,24 @@ impl Machine<'_> {
     fn end_tap(&mut self, line: usize, call: &DrillingCall) {
         let turns = matches!(call.get(6).map(|code| code as i64), Some(3 | 4));
         self.cutter.turn_spindle(line, turns);
+    }
+
+    /// CYCLE83: whether FRF gives the first depth a feed of its own.
+    fn whole_feed(&mut self, line: usize, call: &DrillingCall) -> Result<(), String> {
+        match (call.get(10).unwrap_or(0.0), call.has_mode()) {
+            (1.0, true) => {
+                let what = "FRF of CYCLE83 is 1 beside _AMODE: where it is in percent there, the \
+                            first depth is drilled at a hundredth of the feed; it is taken as the \
+                            whole feed; write 100, or leave it out";
+                self.cutter.log.warning(Code::ChangeIgnored, line, what);
+                Ok(())
+            }
+            (0.0 | 1.0, _) | (100.0, true) => Ok(()),
+            (factor, _) => Err(format!(
+                "FRF={factor}, a feed of its own for the first depth, is not supported: write 1, \
+                 or 100 (percent) beside _AMODE"
+            )),
+        }
     }
 
     /// Seconds, or turns of the spindle where the value is negative or the mode says so.

@@ -240,7 +240,7 @@ fn modal(
         680 if !machine.is_sinumerik => once.sets = Some(code),
         690 => {
             machine.no_corner()?;
-            machine.turned = None;
+            machine.end_turn();
         }
         700 | 710 if machine.pattern_of(block).is_some() => {}
         200 | 210 | 7000 | 7100 => machine.set_unit(matches!(code, 200 | 7000), false),
@@ -528,6 +528,7 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
             .to_owned());
     }
     machine.tell_moved_zero(line, block);
+    machine.tell_turned_place(line, block);
     machine.tell_moved_work();
     let done = match machine.motion {
         other if block.word(OPENING).is_some() && !matches!(other, Motion::Arc { .. }) => {

@@ -286,7 +286,7 @@ impl<'t> Flow<'t> {
         if !(0.0..=9999.0).contains(&repeats) || repeats.fract() != 0.0 {
             return Err(format!("a subprogram runs {repeats} times: expected a whole number"));
         }
-        let first = self.files.named(name).ok_or_else(|| {
+        let first = self.files.named(own_name(name)).ok_or_else(|| {
             let head = format!("%_N_{name}_");
             let is_head = |line: &str| line.trim_start().to_ascii_uppercase().starts_with(&head);
             if self.lines.iter().any(|(_, line)| is_head(line)) {
@@ -667,6 +667,15 @@ fn keyword(line: &str) -> &'static str {
     let word = line.get(..letters(line)).unwrap_or("").to_ascii_uppercase();
     let find = |word: &str| KEYWORDS.into_iter().find(|known| *known == word);
     find(&word).or_else(|| find(whole(&word))).unwrap_or("")
+}
+
+/// The name of a program of Sinumerik's without its directory and what the control puts round it,
+/// `/_N_SPF_DIR/_N_SLOT_SPF`.
+fn own_name(name: &str) -> &str {
+    let name = name.rsplit('/').next().unwrap_or(name);
+    let inner = name.strip_prefix("_N_").unwrap_or(name);
+    let ends = |end: &str| inner.strip_suffix(end).filter(|_| inner.len() < name.len());
+    ends("_SPF").or_else(|| ends("_MPF")).unwrap_or(name)
 }
 
 fn leading_number(text: &str) -> Option<i64> {

@@ -2,6 +2,9 @@
 
 use crate::program::arc::Plane;
 
+/// Places that differ by no more are one, mm.
+pub(super) const ROUNDING_MM: f64 = 1e-6;
+
 /// A place of which not all axes are known, mm in the job's work object.
 pub(super) type Place = [Option<f64>; 3];
 

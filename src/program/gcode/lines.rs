@@ -2,6 +2,7 @@
 
 use nalgebra::{Rotation2, Rotation3, Unit, Vector2, Vector3};
 
+use super::arc_plane::code;
 use super::block::{
     Block, CHAMFER_LENGTH, CHAMFERED, Counts, ON_THE_WAY, OPENING, POLAR_ANGLE, POLAR_RADIUS,
     RADIUS, ROUNDED, TURNS,
@@ -87,9 +88,10 @@ impl Machine<'_> {
             return Err("a centre under G16 is not supported".to_owned());
         }
         let mut end = Vector3::new(x, y, z);
+        let plane = self.plane_of_arc(line, block, [start, end], clockwise)?;
         let centre = match block.word(OPENING) {
             Some(opening) => self.opened(block, [start, end], opening.value)?,
-            None => self.centre(block, start, self.centre_absolute)?,
+            None => self.centre(block, start, plane, self.centre_absolute)?,
         };
         if let (Some(opening), Centre::At(centre)) = (block.word(OPENING), centre) {
             let Plane([u, v, _]) = self.plane;
@@ -109,7 +111,7 @@ impl Machine<'_> {
         let arc = Arc {
             start,
             end,
-            plane: self.plane,
+            plane,
             turn: Rotation3::identity(),
             clockwise,
             centre,
@@ -123,6 +125,9 @@ impl Machine<'_> {
         self.cutter.tell_tiny(line, &arc);
         self.cutter.arc(line, &arc, pace).map_err(|why| match self.fits_absolute(block, &arc) {
             true => format!("{why}; as places (G90.1) I, J and K fit: the program must say so"),
+            false if plane != self.plane => {
+                format!("{why}, in the plane of {} that its axes name", code(plane))
+            }
             false => why,
         })
     }
@@ -141,7 +146,7 @@ impl Machine<'_> {
         let gives_end = block.has_any(&[AXES[u], AXES[v], POLAR_ANGLE, POLAR_RADIUS]);
         match (gives_end, block.has_any(b"IJK")) {
             _ if block.has_any(&[RADIUS, b'R']) => Err("AR= beside a radius".to_owned()),
-            (false, true) => self.centre(block, start, self.centre_absolute),
+            (false, true) => self.centre(block, start, self.plane, self.centre_absolute),
             (true, false) => {
                 let chord = (end[u] - start[u]).hypot(end[v] - start[v]);
                 let radius = chord / 2.0 / rad_from_deg(angle / 2.0).sin();
@@ -167,7 +172,7 @@ impl Machine<'_> {
         let fits = |centre: Centre| {
             off(centre) < CLEARLY * off(arc.centre) && pieces(&Arc { centre, ..*arc }).is_ok()
         };
-        !self.centre_absolute && self.centre(block, arc.start, true).is_ok_and(fits)
+        !self.centre_absolute && self.centre(block, arc.start, arc.plane, true).is_ok_and(fits)
     }
 
     /// CIP: through a point on the way.
@@ -280,6 +285,9 @@ impl Machine<'_> {
         self.no_corner()?;
         let was_known = self.cutter.place().is_some();
         self.shift.set_here(&mut self.cutter.at, axes, is_of_offset);
+        // Both coordinates are stated, whatever they were under G68.
+        let settles = |(Plane([u, v, _]), _): &(Plane, _)| axes[*u].and(axes[*v]).is_some();
+        self.turns_at.take_if(|turn| settles(turn));
         self.starts_by_g92 |= !was_known;
         if !was_known && self.shift.has_started() {
             let what = "states coordinates at a place that is not known behind moves: the work is \

@@ -14,6 +14,7 @@
 
 mod abbreviated;
 mod addresses;
+mod arc_plane;
 mod assumed;
 mod block;
 mod by_value;
@@ -36,6 +37,7 @@ mod o_words;
 mod parameters;
 mod patterns;
 mod places;
+mod predefined;
 mod quiet;
 mod rotary;
 mod running;
@@ -82,7 +84,11 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
             line = index + 1;
         }
         machine.cutter.log.within(beside.unwrap_or_default());
+        if !is_sinumerik {
+            flow.parameters.predefined = machine.predefined();
+        }
         let controls = flow.control(content, index);
+        tell_read_of_main(&mut machine, &flow.parameters, line);
         if controls != Ok(false) && content.trim_start().starts_with('/') {
             read_as_run(machine.cutter.log, line);
         }
@@ -115,6 +121,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
                 has_begun |= !block.words.is_empty() || !block.names.is_empty();
                 codes::run(&mut machine, &mut flow, line, &block);
                 set_parameters(&mut machine, &mut flow.parameters, line, block.sets.drain(..));
+                block.texts.drain(..).for_each(|name| flow.parameters.declare_text(name));
             }
             Err(what) => {
                 has_begun = true;
@@ -122,6 +129,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
                 block.sets.drain(..).for_each(|(key, ..)| flow.parameters.lose(key));
             }
         }
+        tell_read_of_main(&mut machine, &flow.parameters, line);
         if machine.cutter.log.is_full() {
             return;
         }
@@ -153,6 +161,18 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     };
     if let Some(line) = flow.left_over().into_iter().find(moves) {
         behind_end(machine.cutter.log, line + 1);
+    }
+}
+
+/// What a subprogram has read of the main program's own variables (Siemens, machine data 11120).
+fn tell_read_of_main(machine: &mut Machine<'_>, parameters: &Parameters, line: usize) {
+    for name in parameters.take_read_of_main() {
+        let what = format!(
+            "'{name}' is read in a subprogram that does not declare it: it is taken as the main \
+             program has it, as with $MN_LUD_EXTENDED_SCOPE=1, and without that the control stops \
+             here or has one of its own (GUD); have the value handed over by PROC"
+        );
+        machine.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
 }
 

@@ -1,9 +1,11 @@
 //! Parameters of G-code: what the program has set, and the locals of its calls.
 
 use std::borrow::Cow;
-use std::collections::{HashMap, HashSet};
+use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::assumed::{DIAMETER, Given, may_be_assumed};
+use super::predefined::{Predefined, PredefinedName, name_of};
 use super::words::is_r_parameter;
 use crate::program::span::{Held, Span};
 use crate::program::unread::read_of_lost;
@@ -25,10 +27,17 @@ pub(super) struct Parameters {
     are_macros: Vec<bool>,
     /// By name as in the job, those that a refused block would have set.
     lost: HashSet<String>,
+    /// Names of variables that are declared as texts, whose values are not read.
+    texts: HashSet<String>,
     /// What the job assumes of those that the program has not set.
     pub(super) given: Given,
     /// The job's diameter of the tool in the spindle.
     pub(super) diameter: Option<f64>,
+    pub(super) predefined: Predefined,
+    /// Of Sinumerik's main program, while a subprogram runs.
+    of_main: HashMap<String, Held>,
+    /// Those of them that a subprogram has read, until it is told.
+    read_of_main: RefCell<BTreeSet<String>>,
 }
 
 /// What belongs to one call: #1 to #33, and names that do not begin with an underscore.
@@ -39,6 +48,8 @@ pub(super) struct Locals {
     /// By name, what those that are not real numbers make of a value.
     rounded: HashMap<String, fn(f64) -> f64>,
     lost: HashSet<String>,
+    /// Names of variables that are declared as texts.
+    texts: HashSet<String>,
 }
 
 /// A parameter, its value, and where the number stands.
@@ -86,8 +97,9 @@ impl Parameters {
         if !self.lost.is_empty() {
             self.lost.remove(&*key.in_job());
         }
-        // Behind a value the job's has no effect, and behind none, either.
-        if value.is_nan() || !self.given.is_empty() {
+        // Behind a value the job's has no effect, and behind none, either. Where a call of
+        // Sinumerik's has a value that another does not know, the job is not asked for one.
+        if value.is_nan() || self.is_sinumerik || !self.given.is_empty() {
             self.given.close(&key.in_job());
         }
         if value.is_nan() {
@@ -156,7 +168,25 @@ impl Parameters {
                 )
             });
         }
-        found.or_else(|| self.given.read(&key.in_job())).ok_or_else(|| {
+        if found.is_none() && !self.is_sinumerik {
+            let own = key.name().map(PredefinedName::of);
+            if let Ok(Some(own)) = own {
+                let own = self.predefined.get(own);
+                return own.map_err(|missing| format!("{} is {missing}", self.shown(key)));
+            }
+            if let Some(name) = own.err().and_then(name_of) {
+                return Err(format!(
+                    "{} is the place of the tool on LinuxCNC, and on others it is not (Haas: a \
+                     timer): write #<{name}> if it is meant",
+                    self.shown(key)
+                ));
+            }
+        }
+        let found = found.or_else(|| self.given.read(&key.in_job()));
+        if self.is_text(key) {
+            return Err(format!("{} is a text (STRING), which is not read", self.shown(key)));
+        }
+        found.or_else(|| self.of_main(key)).ok_or_else(|| {
             let (name, shown) = (key.in_job(), self.shown(key));
             let may_be = may_be_assumed(&name, self.is_sinumerik) && !self.given.is_closed(&name);
             let settles = match may_be {
@@ -165,6 +195,29 @@ impl Parameters {
             };
             format!("{shown} {NOT_SET}{settles}")
         })
+    }
+
+    /// A variable is declared as a text.
+    pub(super) fn declare_text(&mut self, name: String) {
+        self.texts.insert(name);
+    }
+
+    /// Whether a variable is a text.
+    pub(super) fn is_text(&self, key: &Key) -> bool {
+        self.held(key).is_none() && key.name().is_ok_and(|name| self.texts.contains(name))
+    }
+
+    /// What the main program has in a variable that a subprogram does not declare.
+    fn of_main(&self, key: &Key) -> Option<f64> {
+        let name = key.name().ok()?;
+        let held = self.of_main.get(name)?;
+        self.read_of_main.borrow_mut().insert(name.to_owned());
+        Some(held.value)
+    }
+
+    /// Variables of the main program that a subprogram has read since this was asked.
+    pub(super) fn take_read_of_main(&self) -> BTreeSet<String> {
+        std::mem::take(&mut self.read_of_main.borrow_mut())
     }
 
     /// Whether the program has set it, or the job says what it is.
@@ -181,6 +234,17 @@ impl Parameters {
     /// How the job may declare a variable that nothing declares.
     pub(super) fn declared_by_job(&self, key: &Key) -> String {
         let name = key.in_job();
+        if self.of_main.contains_key(&*name) {
+            return ": the main program declares it, and that a subprogram sets it is not read; \
+                    have it handed over by PROC, or declared by DEF here"
+                .to_owned();
+        }
+        if self.given.has(&name) && !self.given.declares(&name) {
+            return "; the job assumes it, and the program or a file under path.program.files has \
+                    a DEF or PROC with this name: which of them is meant is not followed; give \
+                    one another name"
+                .to_owned();
+        }
         let is_given = self.given.has(&name) || self.given.is_closed(&name);
         match may_be_assumed(&name, self.is_sinumerik) && !is_given {
             true => format!(
@@ -225,6 +289,9 @@ impl Parameters {
     /// The numbered locals of a call: given, with the locals of the caller in return.
     pub(super) fn enter(&mut self, given: HashMap<i64, f64>, is_macro: bool) -> Locals {
         let kept = self.take_locals();
+        if self.is_sinumerik && self.are_macros.is_empty() {
+            self.of_main.clone_from(&kept.named);
+        }
         let held = |(number, value)| (number, Held::worked_out(value));
         self.numbered.extend(given.into_iter().map(held));
         self.are_macros.push(is_macro);
@@ -234,10 +301,14 @@ impl Parameters {
     /// Back in the caller.
     pub(super) fn leave(&mut self, kept: Locals) {
         self.are_macros.pop();
+        if self.are_macros.is_empty() {
+            self.of_main.clear();
+        }
         self.take_locals();
         self.numbered.extend(kept.numbered);
         self.named.extend(kept.named);
         self.rounded = kept.rounded;
+        self.texts = kept.texts;
         self.lost.extend(kept.lost);
     }
 
@@ -256,6 +327,7 @@ impl Parameters {
             numbered: self.numbered.extract_if(|number, _| (1..=33).contains(number)).collect(),
             named: self.named.extract_if(|name, _| is_local(name)).collect(),
             rounded: std::mem::take(&mut self.rounded),
+            texts: std::mem::take(&mut self.texts),
         }
     }
 }

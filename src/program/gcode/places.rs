@@ -4,7 +4,8 @@
 use nalgebra::Vector3;
 
 use super::block::{ANGLE, Block, Counts, POLAR_ANGLE, POLAR_RADIUS, Word};
-use super::frame::{Place, Polar, Turned};
+use super::frame::{Place, Polar, ROUNDING_MM, Turned};
+use super::predefined::Predefined;
 use super::state::{AXES, Machine};
 use crate::notes::Code;
 use crate::program::arc::Plane;
@@ -225,8 +226,47 @@ impl Machine<'_> {
             return Err("G68 about an unknown position".to_owned());
         };
         let angle_rad = rad_from_deg(angle);
-        self.turned = Some(Turned { plane: self.plane, centre: [u, v], angle_rad });
+        let turned = Turned { plane: self.plane, centre: [u, v], angle_rad };
+        self.turned = Some(turned);
+        self.ask_for_place(turned, "G68");
         Ok(())
+    }
+
+    /// G69.
+    pub(super) fn end_turn(&mut self) {
+        if let Some(turned) = self.turned.take() {
+            self.ask_for_place(turned, "G69");
+        }
+    }
+
+    fn ask_for_place(&mut self, turned: Turned, code: &'static str) {
+        let own = turned.place(-turned.angle_rad, self.cutter.at);
+        let differs = |(at, own): (Option<f64>, Option<f64>)| {
+            at.zip(own).is_some_and(|(at, own)| (at - own).abs() > ROUNDING_MM)
+        };
+        let is_other = self.cutter.at.into_iter().zip(own).any(differs);
+        self.turns_at = is_other.then_some((turned.plane, code));
+    }
+
+    /// The first way in the plane behind G68 or G69: what is not stated of it counts from where the
+    /// tool is, or from the coordinates that it had (Fanuc, B-62764EN, "Coordinate rotation").
+    pub(super) fn tell_turned_place(&mut self, line: usize, block: &Block) {
+        let Some((Plane([u, v, _]), code)) = self.turns_at else { return };
+        let words = [u, v].map(|axis| block.word(AXES[axis]));
+        if words.iter().all(Option::is_none) {
+            return;
+        }
+        self.turns_at = None;
+        if words.iter().all(|word| word.is_some_and(|word| !self.is_relative(word))) {
+            return;
+        }
+        let [u, v] = [u, v].map(|axis| char::from(AXES[axis]));
+        let what = format!(
+            "the first move in the plane behind {code} does not state both {u} and {v} as places: \
+             controls differ in whether the rest counts from where the tool is, as it is taken \
+             here, or from the coordinates that it had before {code}; write {u} and {v} under G90"
+        );
+        self.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
 
     /// What G68 and polar coordinates count from would change under them.
@@ -247,5 +287,21 @@ impl Machine<'_> {
             self.plane = plane;
         }
         Ok(())
+    }
+}
+
+impl Machine<'_> {
+    /// What LinuxCNC's own parameters have before a block.
+    pub(super) fn predefined(&self) -> Predefined {
+        let (at, shift) = (self.at(), self.shift.total());
+        let place = |axis: usize| at[axis].map(|at| self.in_program_unit(at - shift[axis]));
+        Predefined {
+            place: [0, 1, 2].map(place),
+            is_turned: self.turned.is_some() || self.polar.is_on,
+            inches: self.stated_inches(),
+            relative: self.relative,
+            feed: self.feed_in_program_unit(),
+            rpm: self.cutter.rpm,
+        }
     }
 }

@@ -4,6 +4,7 @@
 
 use super::expression::{Reader, not_vacant};
 use super::parameters::Parameters;
+use crate::units::ratio_from_percent;
 
 /// Pecks in a hole.
 const MOST_PECKS: usize = 10_000;
@@ -56,9 +57,35 @@ impl DrillingCall {
             Cycle::Tap => 23,
             Cycle::Ream => 10,
         };
-        // Saturates; modes have seven digits.
+        // Saturates; modes have eight digits.
         let word = self.get(place).unwrap_or(0.0).abs() as i64;
         word / 10_i64.pow(digit.unsigned_abs()) % 10
+    }
+
+    /// A digit of CYCLE83's `_AMODE` that is not read.
+    pub(super) fn refuse_modes(&self) -> Result<(), String> {
+        for digit in 0..9 {
+            // 0 is as in older cycles; of the two behind that of DAM, 1 is all that is known.
+            let most = match digit {
+                0..=5 => 2,
+                6 | 7 => 1,
+                _ => 0,
+            };
+            let own = self.mode(digit);
+            if own > most {
+                return Err(format!(
+                    "_AMODE of CYCLE83: digit {} from the right is {own}, and 0 to {most} are \
+                     known there: not supported; have the cycle written with one of these",
+                    digit + 1
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether `_AMODE` is written, in which percent are possible.
+    pub(super) fn has_mode(&self) -> bool {
+        self.get(19).is_some_and(|mode| mode != 0.0)
     }
 
     /// A word that changes the axis or the plane, or that is not read, for a plane's normal.
@@ -109,9 +136,25 @@ impl DrillingCall {
     /// Below the reference plane, positive: each peck, with the degression of CYCLE83.
     pub(super) fn pecks(&self, depth: f64, first: f64) -> Result<Vec<f64>, String> {
         let least = self.get(13).filter(|least| *least > 0.0);
-        let less = self.get(7).unwrap_or(0.0);
+        let less = match (self.get(7).unwrap_or(0.0), self.mode(5)) {
+            (100.0, 2) => 0.0,
+            (percent, 2) if percent > 0.0 && percent < 100.0 => -ratio_from_percent(percent),
+            (percent, 2) => {
+                return Err(format!(
+                    "DAM is {percent}, and _AMODE (digit 6 from the right) has it in percent: must \
+                     be above 0, up to 100"
+                ));
+            }
+            (amount, 1) if amount < 0.0 => {
+                return Err(format!(
+                    "DAM is {amount}, and _AMODE (digit 6 from the right) has it as an amount: \
+                     must not be negative"
+                ));
+            }
+            (less, _) => less,
+        };
         if less < 0.0 && least.is_none() {
-            return Err("DAM is a factor, and the cycle has no _MDEP".to_owned());
+            return Err("DAM is a factor, or in percent, and the cycle has no _MDEP".to_owned());
         }
         let (mut depths, mut at, mut stroke) = (Vec::new(), 0.0, first);
         let floor = least.unwrap_or(if less > 0.0 { less } else { 0.0 });

@@ -17,7 +17,7 @@ use crate::program::{DwellUnit, LengthUnit, Pace, Settings, tool_number};
 use crate::units::{deg_from_rad, mm_from_inch};
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
-const CENTRES: [u8; 3] = *b"IJK";
+pub(super) const CENTRES: [u8; 3] = *b"IJK";
 
 /// The shorter way round is not told from the longer.
 const HALF_TURN_DEG: f64 = 180.0;
@@ -146,6 +146,9 @@ pub(super) struct Machine<'a> {
     pub(super) shift: Shift,
     pub(super) polar: Polar,
     pub(super) turned: Option<Turned>,
+    /// G68 or G69, behind which no block has stated both axes of the plane where the tool has
+    /// other coordinates by it.
+    pub(super) turns_at: Option<(Plane, &'static str)>,
     pub(super) rotary: Rotary<'a>,
     pub(super) corner: Option<Corner>,
     pub(super) dwell_unit: Option<DwellUnit>,
@@ -202,6 +205,7 @@ impl<'a> Machine<'a> {
             shift: Shift::default(),
             polar: Polar::default(),
             turned: None,
+            turns_at: None,
             rotary: Rotary::new(&settings.rotary_axes),
             corner: None,
             dwell_unit: settings.dwell_unit,
@@ -227,8 +231,24 @@ impl<'a> Machine<'a> {
 
     /// Of the tool in the spindle, in the unit of the program.
     pub(super) fn diameter(&self) -> Option<f64> {
-        let mm = self.cutter.diameter_mm()?;
-        Some(if self.inches { mm / mm_from_inch(1.0) } else { mm })
+        self.cutter.diameter_mm().map(|mm| self.in_program_unit(mm))
+    }
+
+    pub(super) fn in_program_unit(&self, mm: f64) -> f64 {
+        if self.inches { mm / mm_from_inch(1.0) } else { mm }
+    }
+
+    /// Whether lengths are in inches, where the program or the job says so.
+    pub(super) fn stated_inches(&self) -> Option<bool> {
+        (self.states_unit || self.basic_in_inches.is_some()).then_some(self.inches)
+    }
+
+    /// The feed that holds, where it was stated in the unit that holds.
+    pub(super) fn feed_in_program_unit(&self) -> Option<f64> {
+        let is_of_unit = self.was_feed_unit.in_inches == self.inches;
+        let is_length = self.cutter.feed.kind != FeedKind::InverseTime;
+        let value = self.cutter.feed.value.filter(|_| is_of_unit && is_length)?;
+        Some(self.in_program_unit(value))
     }
 
     /// G20 and G21, G70 and G71, G700 and G710.
@@ -464,10 +484,11 @@ impl<'a> Machine<'a> {
         &self,
         block: &Block,
         start: Vector3<f64>,
+        plane: Plane,
         is_absolute: bool,
     ) -> Result<Centre, String> {
         let start = self.in_program(start);
-        let Plane([u, v, w]) = self.plane;
+        let Plane([u, v, w]) = plane;
         if let Some(radius) = block.get('R').or(block.get(char::from(RADIUS))) {
             return Ok(Centre::Radius(self.mm(radius)));
         }

@@ -71,9 +71,21 @@ fn whole(index: f64) -> Result<f64, String> {
     }
 }
 
+/// The names behind `DEF STRING[80]`.
+pub(super) fn texts(text: &str) -> Option<impl Iterator<Item = String>> {
+    const KIND: &str = "STRING";
+    let (kind, behind) = text.split_at_checked(KIND.len())?;
+    let behind = behind.trim_start();
+    let behind = match behind.strip_prefix('[').map(|own| own.split_once(']')) {
+        Some(length) => length?.1,
+        None => behind,
+    };
+    let name = |part: &str| part.split(['=', '[']).next().unwrap_or("").trim().to_lowercase();
+    kind.eq_ignore_ascii_case(KIND).then(|| behind.split(',').map(name))
+}
+
 /// Sets what stands behind DEF: `REAL _depth = 5, _feeds[3]`. Numbers, 0 where nothing is said, and
-/// not a number where it cannot be read. Texts are left out: what reads them is told that nothing
-/// has set them.
+/// not a number where it cannot be read.
 pub(super) fn define(text: &str, known: &Parameters, sets: &mut Vec<Set>) -> Result<(), String> {
     let (kind, names) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
     let key: fn(String) -> Key = match kind.to_ascii_uppercase().as_str() {

@@ -1,9 +1,10 @@
 //! Calls of KRL: routines and functions of the files, the basic package, and what is in no file.
 
+use super::rests::Rests;
 use super::run::{Flow, Frame, Run, given};
 use super::syntax::{Expr, Path, Routine};
 use super::value::{Type, Value, is_position};
-use super::walk::paths_in;
+use super::walk::{names_in, paths_in};
 use super::words::{MAY_SET, fills, is_harmless, sets_motion, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::{Given, set_by_call};
@@ -11,14 +12,21 @@ use crate::program::cell::{Given, set_by_call};
 /// Of an expression that calls a function: it needs more of the stack than a statement.
 const DEPTH: usize = 3;
 
+/// What an argument rests on.
+type On = Option<Rests>;
+
 impl<'a> Run<'a> {
     pub(super) fn call(&mut self, line: usize, name: &'a str, args: &'a [Option<Expr>]) -> Flow {
-        let values: Vec<Value> = args.iter().map(|arg| self.argument(arg.as_ref())).collect();
+        let outer = self.rests_on.clone();
+        let (values, on) = self.arguments(args);
         let numbers: Vec<Given> = values.iter().map(given).collect();
         let sets = set_by_call(self.settings, self.log, line, name, &numbers);
         if let Some(routine) = self.file.routine(name) {
             self.doubt_routine(line, name, routine);
-            return self.run_routine(routine, args, values);
+            if !sets {
+                self.rests_on = outer;
+            }
+            return self.run_routine(routine, args, values, on);
         }
         if name == "bas" {
             if let Err(why) = self.bas(line, values) {
@@ -60,6 +68,18 @@ impl<'a> Run<'a> {
 
     pub(super) fn argument(&mut self, arg: Option<&'a Expr>) -> Value {
         arg.map_or_else(|| Value::unknown("an argument is left out"), |expr| self.eval(expr))
+    }
+
+    /// Arguments, and what each rests on: a routine of the files is followed with that.
+    pub(super) fn arguments(&mut self, args: &'a [Option<Expr>]) -> (Vec<Value>, Vec<On>) {
+        let of = |arg: &'a Option<Expr>| {
+            let outer = self.rests_on.take();
+            let value = self.argument(arg.as_ref());
+            let on = std::mem::replace(&mut self.rests_on, outer);
+            self.rests_too(on.clone());
+            (value, on)
+        };
+        args.iter().map(of).unzip()
     }
 
     pub(super) fn not_read(&mut self, line: usize, name: &'a str, args: &'a [Option<Expr>]) {
@@ -111,14 +131,15 @@ impl<'a> Run<'a> {
     /// Behind WAIT FOR what it waited for holds: where the program itself says otherwise, another
     /// has set it.
     pub(super) fn waited(&mut self, args: &'a [Option<Expr>], values: &[Value]) {
-        if values.first().is_none_or(|value| value.bool() != Ok(false)) {
-            return;
+        let Some(value) = values.first() else { return };
+        if value.bool() == Ok(false) {
+            for path in paths_in(args.iter().flatten().collect()) {
+                let shown = path.name.to_uppercase();
+                let what = format!("'{shown}' is set by another while WAIT FOR waits");
+                self.leave_to_the_run(path, &what);
+            }
         }
-        for path in paths_in(args.iter().flatten().collect()) {
-            let shown = path.name.to_uppercase();
-            let what = format!("'{shown}' is set by another while WAIT FOR waits");
-            self.leave_to_the_run(path, &what);
-        }
+        self.others_may_set(args, value);
     }
 
     /// What only the run knows, or the job by what it assumes.
@@ -137,6 +158,7 @@ impl<'a> Run<'a> {
             let own = format!("{key}.{}", path.fields.join("."));
             self.forgotten.remove(&own);
             self.forgotten.remove(&key);
+            self.resting(&key).remove(&key);
         }
     }
 
@@ -156,24 +178,34 @@ impl<'a> Run<'a> {
         routine: &'a Routine,
         args: &'a [Option<Expr>],
         values: Vec<Value>,
+        on: Vec<On>,
     ) -> Flow {
         let mut frame = Frame::default();
         // By reference: the parameter, the caller's datum, its components.
-        let mut references: Vec<(&str, String, &[String])> = Vec::new();
-        let mut values = values.into_iter();
+        let mut references: Vec<(&str, String, &'a [String])> = Vec::new();
+        let (mut values, mut all_on) = (values.into_iter(), on.into_iter());
         for (index, parameter) in routine.parameters.iter().enumerate() {
             let name = parameter.name.as_str();
             let missing =
                 || Value::unknown(format!("'{}' is called without '{name}'", routine.shown));
             frame.data.insert(name.to_owned(), values.next().unwrap_or_else(missing));
+            let on = all_on.next().flatten();
+            frame.resting.extend(on.iter().map(|on| (name.to_owned(), on.clone())));
             let Some(Some(Expr::Ref(path))) = args.get(index) else { continue };
+            // Which element it sets may be another.
+            if !parameter.is_by_value && !names_in(path.indices.iter().collect()).is_empty() {
+                self.rests_too(on.clone());
+            }
             match self.key(path) {
                 Ok(key) => {
                     let elements = self.store(&key).iter().filter_map(|(element, value)| {
                         let indices = element.strip_prefix(&key).filter(|it| it.starts_with('['));
                         indices.map(|indices| (format!("{name}{indices}"), value.clone()))
                     });
-                    frame.data.extend(elements);
+                    for (element, value) in elements {
+                        frame.resting.extend(on.iter().map(|on| (element.clone(), on.clone())));
+                        frame.data.insert(element, value);
+                    }
                     if !parameter.is_by_value {
                         // A component that is set of what no file declares does not come back.
                         let fields: String =
@@ -194,18 +226,23 @@ impl<'a> Run<'a> {
         let flow = self.body(&routine.body);
         let frame = self.frames.pop().unwrap_or_default();
         let set = frame.data.iter().filter(|(key, value)| before.get(*key) != Some(*value));
+        // The caller's name of a parameter or of an element of it.
+        let caller = |own: &str, (name, key, fields): &(&str, String, &'a [String])| {
+            let indices = own.strip_prefix(*name)?;
+            match indices {
+                "" => Some((key.clone(), *fields)),
+                _ if indices.starts_with('[') => Some((format!("{key}{indices}"), &[][..])),
+                _ => None,
+            }
+        };
         for (own, value) in set {
-            for (name, key, fields) in &references {
-                let Some(indices) = own.strip_prefix(name) else { continue };
-                let (key, fields) = match indices {
-                    "" => (key.clone(), *fields),
-                    _ if indices.starts_with('[') => (format!("{key}{indices}"), &[][..]),
-                    _ => continue,
-                };
-                self.give_back(&routine.shown, key.clone(), fields, value.clone());
-                if let Some(counter) = frame.counted.get(own) {
-                    self.rests(key, counter.clone());
-                }
+            for (key, fields) in references.iter().filter_map(|given| caller(own, given)) {
+                self.give_back(&routine.shown, key, fields, value.clone());
+            }
+        }
+        for (own, on) in &frame.resting {
+            for (key, _) in references.iter().filter_map(|given| caller(own, given)) {
+                self.rests(key, on.clone());
             }
         }
         if flow == Flow::Halt { Flow::Halt } else { Flow::Next }
@@ -247,6 +284,7 @@ impl<'a> Run<'a> {
         routine: &'a Routine,
         args: &'a [Option<Expr>],
         values: Vec<Value>,
+        on: Vec<On>,
     ) -> Value {
         let shown = &routine.shown;
         // An index is worked out more than once.
@@ -255,10 +293,13 @@ impl<'a> Run<'a> {
         }
         self.depth += DEPTH;
         self.returned = None;
-        let flow = self.run_routine(routine, args, values);
+        let flow = self.run_routine(routine, args, values, on);
         self.depth -= DEPTH;
         self.is_halted |= flow == Flow::Halt;
-        let value = self.returned.take().map(|value| value.held_as(routine.gives));
-        value.unwrap_or_else(|| Value::unknown(format!("'{shown}' ends without RETURN")))
+        let Some((value, on)) = self.returned.take() else {
+            return Value::unknown(format!("'{shown}' ends without RETURN"));
+        };
+        self.rests_too(on);
+        value.held_as(routine.gives)
     }
 }

@@ -1,12 +1,10 @@
 //! FOR loops of KRL, and their counters behind them: that these are one step behind the end value
 //! no manual of the maker says, so that it is a doubt where it matters.
 
-use std::collections::HashMap;
-
+use super::rests::Rests;
 use super::run::{Flow, Run};
-use super::syntax::{Block, Expr, Path, What};
-use super::value::{Sort, Value, base};
-use super::words::{is_harmless, is_without_effect};
+use super::syntax::{Block, Expr, Path};
+use super::value::{Sort, Value};
 use crate::notes::Code;
 
 impl<'a> Run<'a> {
@@ -45,7 +43,7 @@ impl<'a> Run<'a> {
                 self.log.error(Code::Value, line, "FOR: what counts is not a name");
                 return Flow::Next;
             };
-            self.counted(&key).remove(&key);
+            self.resting(&key).remove(&key);
             self.store(&key).insert(key.clone(), count.clone());
             match self.block(body) {
                 Flow::Next if self.store(&key).get(&key) != Some(&count) => {
@@ -68,7 +66,7 @@ impl<'a> Run<'a> {
             if at == to + step && at.fract() == 0.0 {
                 // A number as a whole cannot fail.
                 drop(self.write_at(key.clone(), &[], Value::Num(at, None, Sort::Whole)));
-                self.rests(key, name);
+                self.rests(key, Rests::Counter(name));
                 return Flow::Next;
             }
             let why = format!(
@@ -78,58 +76,5 @@ impl<'a> Run<'a> {
             self.store(&key).insert(key, Value::unknown(why));
         }
         Flow::Next
-    }
-
-    /// What rests on counters, of the routine that runs or for all, as the datum is.
-    pub(super) fn counted(&mut self, key: &str) -> &mut HashMap<String, String> {
-        match self.frames.last_mut().filter(|frame| frame.has(key)) {
-            Some(frame) => &mut frame.counted,
-            None => &mut self.counted,
-        }
-    }
-
-    /// The statement that runs asks for a datum.
-    pub(super) fn asks_for(&mut self, key: &str) {
-        if let Some(counter) = self.counted(key).get(key).cloned() {
-            self.rests_on = Some(counter);
-        }
-    }
-
-    /// A datum, and the list that it is an element of, rest on a counter.
-    pub(super) fn rests(&mut self, key: String, counter: String) {
-        let list = base(&key).to_owned();
-        let counted = self.counted(&key);
-        counted.insert(list, counter.clone());
-        counted.insert(key, counter);
-    }
-
-    /// A statement rests on a counter behind its loop: what it sets does so, too, and where it
-    /// moves, branches or sets what motion depends on, that is a doubt.
-    pub(super) fn tell_counter(&mut self, line: usize, what: &'a What, counter: String) {
-        match what {
-            What::Assign(path, expr) => {
-                let key = self.key(path);
-                // Which element it sets may be another, and a function may do anything.
-                let is_open = self.rests_on.take().is_some() || self.calls_a_routine(vec![expr]);
-                let is_of_motion = path.name.starts_with('$') && !is_without_effect(&path.name);
-                if let (Ok(key), false) = (key, is_open || is_of_motion)
-                    && !self.is_read_by_job(&key)
-                {
-                    self.rests(key, counter);
-                    return;
-                }
-            }
-            What::Call(name, _)
-                if is_harmless(name) && !matches!(name.as_str(), "anout" | "pulse") =>
-            {
-                return;
-            }
-            _ => {}
-        }
-        let what = format!(
-            "{counter} has counted a FOR loop, and is taken here as its end value plus one step: \
-             set {counter} anew behind the loop"
-        );
-        self.log.warning(Code::MotionLeftOut, line, what);
     }
 }

@@ -1,20 +1,20 @@
 //! Expressions of KRL → values. What cannot be known from the files is [`Value::Unknown`] with the
 //! reason, and becomes a fault only where motion depends on it.
 
-use std::cmp::Ordering;
 use std::collections::HashMap;
 
 use nalgebra::Isometry3;
 
+use super::operators::binary;
 use super::run::{Beside, Run};
 use super::signals::named_by;
 use super::syntax::{Expr, Path};
-use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, base, frame, of_frame, unset};
+use super::value::{AXES, FRAME, Parts, Sort, Type, Value, base, frame, of_frame, unset};
 use super::walk::{all_of, names_in};
 use super::words::{BEHIND_MOVE, is_own_function};
 use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame};
-use crate::program::{Assumed, Settings, single};
+use crate::program::{Assumed, Settings};
 use crate::units::{deg_from_rad, rad_from_deg};
 
 /// Lists of signals that the program sets and asks for.
@@ -112,8 +112,9 @@ impl<'a> Run<'a> {
             Ok(key) => key,
             Err(why) => return Value::unknown(why),
         };
-        let mut value = self.datum(&key);
-        if matches!(value, Value::Unknown(_))
+        let is_said = self.asks_for(&key, &path.fields);
+        let mut value = self.found(&key, is_said && path.fields.is_empty());
+        if (is_said || matches!(value, Value::Unknown(_)))
             && let Some(assumed) = self.assumed_component(&key, &path.fields)
         {
             return assumed;
@@ -188,11 +189,16 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn datum(&mut self, key: &str) -> Value {
-        self.asks_for(key);
+        let is_said = self.asks_for(key, &[]);
+        self.found(key, is_said)
+    }
+
+    /// A datum; what the job says of it counts before its value where `is_said`.
+    fn found(&mut self, key: &str, is_said: bool) -> Value {
         let own = match self.frames.last().filter(|frame| frame.has(key)) {
             Some(frame) => Some(frame.data.get(key).cloned().unwrap_or_else(|| unset(key))),
             // What is worked out anew all the time.
-            None if RUNNING.contains(&base(key)) => None,
+            None if RUNNING.contains(&base(key)) || is_said => None,
             None => self.globals.get(key).cloned(),
         };
         if let Some(value) = own.as_ref().filter(|value| !matches!(value, Value::Unknown(_))) {
@@ -290,9 +296,7 @@ impl<'a> Run<'a> {
         value: Value,
     ) -> Result<(), String> {
         let scope = self.scope(&key);
-        if fields.is_empty() {
-            self.counted(&key).remove(&key);
-        }
+        self.sets_anew(&key, fields);
         let is_it = |own: &&Beside| [key.as_str(), base(&key)].contains(&own.key.as_str());
         let beside = self.beside.iter().find(|own| own.scope == scope && is_it(own));
         let value = beside.map_or(value, |own| Value::unknown(own.why.clone()));
@@ -397,8 +401,7 @@ impl<'a> Run<'a> {
 
     /// An element is set, and which one is not known: it may be the one that the job reads.
     pub(super) fn forget_element(&mut self, path: &Path, what: &str) {
-        let keys = named_by(self.settings).map(|own| self.file.signals.key(own));
-        if keys.into_iter().any(|key| base(&key) == path.name) {
+        if self.is_list_of_job(&path.name) {
             let told =
                 format!("{what}: which one is known only at run time, and the job reads one");
             self.log.warning(Code::SpindleCommand, self.line, told);
@@ -476,16 +479,11 @@ impl<'a> Run<'a> {
     }
 
     fn function(&mut self, name: &'a str, args: &'a [Option<Expr>]) -> Value {
-        let mut values: Vec<Value> = Vec::new();
-        for arg in args {
-            let value = match arg {
-                Some(expr) => self.eval(expr),
-                None => Value::unknown("an argument is left out"),
-            };
-            values.push(value);
-        }
+        let outer = self.rests_on.clone();
+        let (values, on) = self.arguments(args);
         if let Some(routine) = self.file.functions.get(name) {
-            return self.run_function(routine, args, values);
+            self.rests_on = outer;
+            return self.run_function(routine, args, values, on);
         }
         let first = values.first();
         let num = || first.map_or_else(|| Err("an argument is missing".to_owned()), Value::num);
@@ -591,109 +589,4 @@ fn known(value: Result<Value, String>) -> Value {
         Ok(value) => value,
         Err(why) => Value::unknown(why),
     }
-}
-
-fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> {
-    match operator {
-        "and" | "or" => {
-            let decides = operator == "or";
-            match (left.bool(), right.bool()) {
-                (Ok(value), _) | (_, Ok(value)) if value == decides => Ok(Value::Bool(decides)),
-                (Ok(_), Ok(_)) => Ok(Value::Bool(!decides)),
-                (Err(why), _) | (_, Err(why)) => Err(why),
-            }
-        }
-        "exor" => Ok(Value::Bool(left.bool()? != right.bool()?)),
-        "b_and" => bits(left, right, |a, b| a & b),
-        "b_or" => bits(left, right, |a, b| a | b),
-        "b_exor" => bits(left, right, |a, b| a ^ b),
-        // Frames one in another.
-        ":" => {
-            let (first, second) = (frame(left.parts()?)?, right.parts()?);
-            let product = of_frame(&(first * frame(second)?));
-            // S, T and E1 to E6 stay those of the second.
-            let (Value::Parts(mut parts), rest) = (product, second.iter()) else {
-                return Err("expected frames".to_owned());
-            };
-            let kept = rest.filter(|(name, _)| !FRAME.contains(&name.as_str()));
-            parts.extend(kept.map(|(name, value)| (name.clone(), value.clone())));
-            Ok(Value::Parts(parts))
-        }
-        "==" | "<>" => {
-            let same = match (left, right) {
-                (Value::Unknown(why), _) | (_, Value::Unknown(why)) => return Err(why.clone()),
-                (Value::Enum(_), Value::Enum(_)) => left == right,
-                // No number and no truth is a name.
-                (Value::Enum(name), other) | (other, Value::Enum(name)) => {
-                    return Err(other.instead_of(&format!("a name as #{}", name.to_uppercase())));
-                }
-                (Value::Num(a, _, of_a), Value::Num(b, _, of_b)) if is_whole(*of_a, *of_b) => {
-                    a == b
-                }
-                (Value::Num(a, ..), Value::Num(b, ..)) => single::is_same(*a, *b)?,
-                _ => left == right,
-            };
-            Ok(Value::Bool(same == (operator == "==")))
-        }
-        "<" => Ok(Value::Bool(order(left, right)?.is_lt())),
-        "<=" => Ok(Value::Bool(order(left, right)?.is_le())),
-        ">" => Ok(Value::Bool(order(left, right)?.is_gt())),
-        ">=" => Ok(Value::Bool(order(left, right)?.is_ge())),
-        _ => arithmetic(operator, left.number()?, right.number()?),
-    }
-}
-
-/// Which is larger.
-fn order(left: &Value, right: &Value) -> Result<Ordering, String> {
-    let ((a, of_a), (b, of_b)) = (left.number()?, right.number()?);
-    // Numbers as the text has them are rounded alike.
-    let are_written =
-        matches!((left, right), (Value::Num(_, Some(_), _), Value::Num(_, Some(_), _)));
-    match a.partial_cmp(&b) {
-        Some(order) if are_written || is_whole(of_a, of_b) => Ok(order),
-        _ => single::order(a, b),
-    }
-}
-
-/// Whether both are INT, which lose no digit.
-fn is_whole(a: Sort, b: Sort) -> bool {
-    a == Sort::Whole && b == Sort::Whole
-}
-
-/// Of the bits of two INTs.
-fn bits(left: &Value, right: &Value, join: fn(i64, i64) -> i64) -> Result<Value, String> {
-    let whole = |value: &Value| match value.num()? {
-        // Whole and within an INT, so that nothing is lost.
-        number if number.fract() == 0.0 && INT.contains(&number) => Ok(number as i64),
-        number => Err(format!("{number} is no INT, of which bits could be joined")),
-    };
-    let joined = join(whole(left)?, whole(right)?);
-    Ok(Value::Num(joined as f64, None, Sort::Whole))
-}
-
-/// INT and INT give an INT, whose division drops what lies behind the point.
-fn arithmetic(operator: &str, left: (f64, Sort), right: (f64, Sort)) -> Result<Value, String> {
-    let ((a, of_a), (b, of_b)) = (left, right);
-    let sort = match (of_a, of_b) {
-        (Sort::Real, _) | (_, Sort::Real) => Sort::Real,
-        (Sort::Whole, Sort::Whole) => Sort::Whole,
-        _ => Sort::Open,
-    };
-    let value = match (operator, sort) {
-        ("+", _) => a + b,
-        ("-", _) => a - b,
-        ("*", _) => a * b,
-        _ if b == 0.0 => return Err("division by zero".to_owned()),
-        (_, Sort::Whole) => (a / b).trunc(),
-        (_, Sort::Open) if a % b != 0.0 => {
-            return Err(format!(
-                "whether {a}/{b} divides INTs is not known: one is declared in no file that is read"
-            ));
-        }
-        _ => a / b,
-    };
-    if sort != Sort::Real && !INT.contains(&value) {
-        return Err(format!("{a}{operator}{b} is beyond what an INT holds"));
-    }
-    Ok(Value::Num(value, None, sort))
 }

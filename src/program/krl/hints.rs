@@ -52,7 +52,7 @@ pub(super) fn lines_of(file: &File) -> HashSet<usize> {
 }
 
 /// All statements of blocks and of those in them.
-fn all_in<'a>(blocks: impl Iterator<Item = &'a Block>) -> Vec<&'a Statement> {
+pub(super) fn all_in<'a>(blocks: impl Iterator<Item = &'a Block>) -> Vec<&'a Statement> {
     let mut open: Vec<&Block> = blocks.collect();
     let mut found = Vec::new();
     while let Some(block) = open.pop() {
@@ -64,7 +64,7 @@ fn all_in<'a>(blocks: impl Iterator<Item = &'a Block>) -> Vec<&'a Statement> {
     found
 }
 
-fn statements_in<'a>(blocks: impl Iterator<Item = &'a Block>) -> Vec<&'a What> {
+pub(super) fn statements_in<'a>(blocks: impl Iterator<Item = &'a Block>) -> Vec<&'a What> {
     all_in(blocks).into_iter().map(|own| &own.what).collect()
 }
 
@@ -179,7 +179,7 @@ impl<'a> Run<'a> {
     }
 
     /// Names of an enumeration that the job says a datum has or has not.
-    fn names_given(&self, names: &[String]) -> Vec<(&'a str, Assumed)> {
+    pub(super) fn names_given(&self, names: &[String]) -> Vec<(&'a str, Assumed)> {
         let given = self.settings.assume.iter().filter_map(|(said, is)| {
             let (datum, name) = Assumed::enumeration(said)?;
             names.iter().any(|own| own == datum).then_some((name, *is))

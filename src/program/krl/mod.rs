@@ -9,6 +9,7 @@
 mod calls;
 mod counters;
 mod cursor;
+mod dataflow;
 mod eval;
 mod forms;
 mod frames;
@@ -19,9 +20,12 @@ mod lines;
 mod modules;
 mod moves;
 mod open;
+mod operators;
 mod orientation;
 mod pace;
 mod parser;
+mod passes;
+mod rests;
 mod run;
 mod shares;
 mod signals;
@@ -46,6 +50,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut file = File::default();
     let others = settings.companions.iter().map(|companion| &*companion.text);
     let texts: Vec<&str> = std::iter::once(text).chain(others).collect();
+    file.for_all = modules::for_all(&texts);
     let renamed = modules::renamed(&texts, &named_by_job(settings));
     let names = |number: usize| renamed.get(number).cloned().unwrap_or_default();
     parser::parse(text, &mut file, 0, &names(0));

@@ -55,6 +55,12 @@ pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
     renamed
 }
 
+/// The names that files declare for all programs: GLOBAL, or in a list of the controller.
+pub(super) fn for_all(texts: &[&str]) -> HashSet<String> {
+    let all = texts.iter().flat_map(|text| declared(text).names);
+    all.filter_map(|(name, module)| module.is_none().then_some(name)).collect()
+}
+
 fn declared(text: &str) -> Declared {
     let mut found = Declared::default();
     let mut list: Option<String> = None;

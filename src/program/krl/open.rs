@@ -151,6 +151,9 @@ impl<'a> Run<'a> {
                 if let What::For(variable, ..) = what {
                     self.open_path(open, line, variable, within);
                 }
+                if let What::While(_, body) | What::Repeat(body, _) | What::Loop(body) = what {
+                    self.polled(body, expressions(what));
+                }
                 let within = Within { is_loop: true, ..within };
                 return blocks_in(what).into_iter().all(|own| self.open_block(open, own, within));
             }
@@ -339,7 +342,7 @@ fn depends(name: &str, why: &str) -> String {
 }
 
 /// Names that a statement, its blocks aside, may set.
-fn names_set(what: &What) -> Vec<&str> {
+pub(super) fn names_set(what: &What) -> Vec<&str> {
     let given = functions_in(expressions(what)).into_iter().map(|(_, args)| args);
     let own = match what {
         What::Call(_, args) => Some(args.as_slice()),

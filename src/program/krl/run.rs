@@ -1,14 +1,17 @@
 //! Statements of KRL in the order in which the controller would run them.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::rc::Rc;
 
 use nalgebra::Isometry3;
 
+use super::rests::{Rests, Uses, Waits};
 use super::shares::Shares;
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::turns::Turns;
 use super::unmoved::Unmoved;
 use super::value::{Sort, Type, Value, base, unset};
+use super::words::is_harmless;
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_name};
@@ -22,16 +25,16 @@ pub(super) const MAX_DEPTH: usize = 60;
 /// Statements that loops may run beyond one pass through the files.
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 
-const ENDLESS: &str =
-    "an endless loop: read once, without the move from its end back to its beginning";
+/// Names that decide how a loop goes on; `None` where that is not looked at.
+pub(super) type Deciding<'a> = Option<Rc<HashSet<&'a str>>>;
 
 /// The data of a routine.
 #[derive(Debug, Default)]
 pub(super) struct Frame {
     pub(super) data: HashMap<String, Value>,
     pub(super) types: HashMap<String, Type>,
-    /// Data that rest on the counter of a FOR loop behind it, with that.
-    pub(super) counted: HashMap<String, String>,
+    /// Data that rest on others, with those.
+    pub(super) resting: HashMap<String, Rests>,
 }
 
 impl Frame {
@@ -80,10 +83,14 @@ pub(super) struct Run<'a> {
     pub(super) forgotten: HashSet<String>,
     /// Components that the program has set of data that no file declares, by their whole names.
     pub(super) components: HashMap<String, Value>,
-    /// Data for all that rest on the counter of a FOR loop behind it, with that.
-    pub(super) counted: HashMap<String, String>,
-    /// The counter that the statement which runs rests on.
-    pub(super) rests_on: Option<String>,
+    /// Data for all that rest on others, with those.
+    pub(super) resting: HashMap<String, Rests>,
+    /// What the statement that runs rests on.
+    pub(super) rests_on: Option<Rests>,
+    pub(super) uses: Uses<'a>,
+    pub(super) waits: Waits,
+    /// What decides how loops go on, by their bodies.
+    pub(super) loops: HashMap<*const Block, Deciding<'a>>,
     /// What may be set under a condition that only the run decides, while that is read.
     pub(super) open_sets: HashSet<&'a str>,
     /// Signals that triggers, interrupts and pulses set.
@@ -98,8 +105,8 @@ pub(super) struct Run<'a> {
     pub(super) depth: usize,
     /// Expressions that are worked out for an index, one in another.
     pub(super) indexing: usize,
-    /// What the function that runs gives.
-    pub(super) returned: Option<Value>,
+    /// What the function that runs gives, and what that rests on.
+    pub(super) returned: Option<(Value, Option<Rests>)>,
     /// Where GOTO goes to, and its line.
     jump: Option<(usize, &'a str)>,
     /// A function has ended the program.
@@ -146,6 +153,8 @@ pub(super) struct Run<'a> {
     pub(super) over: f64,
     /// A1 to A6 of the last motion, degrees, if it went to joints.
     pub(super) joints: Option<[f64; 6]>,
+    /// X to C of the last two targets, the newest first: of an arc its end and the point on it.
+    pub(super) stated: [Option<[f64; 6]>; 2],
     pub(super) external: External,
     pub(super) comments: crate::program::cell::Comments,
 }
@@ -164,8 +173,11 @@ impl<'a> Run<'a> {
             globals: HashMap::new(),
             forgotten: HashSet::new(),
             components: HashMap::new(),
-            counted: HashMap::new(),
+            resting: HashMap::new(),
             rests_on: None,
+            uses: Uses::of(file),
+            waits: Waits::default(),
+            loops: HashMap::new(),
             open_sets: HashSet::new(),
             timed: HashSet::new(),
             given_on: HashSet::new(),
@@ -200,6 +212,7 @@ impl<'a> Run<'a> {
             turns: Turns::default(),
             over: 1.0,
             joints: None,
+            stated: [None; 2],
             external: External::new(settings),
             comments,
         }
@@ -219,15 +232,25 @@ impl<'a> Run<'a> {
                 _ => {}
             }
         }
+        self.waits = Waits::default();
         self.frames.push(Frame::default());
         self.timed = self.timed_signals();
         self.body(&routine.body);
-        self.tell_no_motion();
+        self.tell_no_motion(routine);
     }
 
-    fn tell_no_motion(&mut self) {
+    fn tell_no_motion(&mut self, routine: &'a Routine) {
         if self.log.has_moved() || self.log.has_errors() {
             return;
+        }
+        for what in self.reached(routine.body.iter().map(|own| &own.what).collect()) {
+            if let What::Call(name, _) = what
+                && self.file.routine(name).is_none()
+                && !(is_harmless(name) || name == "bas")
+                && !self.unmoved.missing.contains(&name.as_str())
+            {
+                self.unmoved.missing.push(name);
+            }
         }
         if let Some((line, what)) = std::mem::take(&mut self.unmoved).error() {
             self.log.error(Code::Motion, line, what);
@@ -263,7 +286,7 @@ impl<'a> Run<'a> {
                     let passed = block.get(at..next - 1).unwrap_or_default();
                     let goes_back = at < next && matches!(statement.what, What::Goto(_));
                     if goes_back && !leaves(passed, true) {
-                        self.tell_endless(line, passed);
+                        self.tell_endless(line, passed, "once");
                         return Flow::Halt;
                     }
                     next = at;
@@ -355,8 +378,8 @@ impl<'a> Run<'a> {
         self.depth += 1;
         let outer = self.rests_on.take();
         let flow = self.inside(line, &statement.what);
-        if let Some(counter) = self.rests_on.take() {
-            self.tell_counter(line, &statement.what, counter);
+        if let Some(on) = self.rests_on.take() {
+            self.tell_resting(line, &statement.what, on);
         }
         self.rests_on = outer;
         self.depth -= 1;
@@ -402,7 +425,8 @@ impl<'a> Run<'a> {
                 return self.switch(line, tested, cases, otherwise);
             }
             What::Return(value) => {
-                self.returned = value.as_ref().map(|expr| self.eval(expr));
+                // It matters where the function is called.
+                self.returned = value.as_ref().map(|expr| (self.eval(expr), self.rests_on.take()));
                 return Flow::Return;
             }
             What::Exit => return Flow::Exit,
@@ -431,7 +455,7 @@ impl<'a> Run<'a> {
     }
 
     fn endless(&mut self, line: usize, body: &'a Block) -> Flow {
-        self.tell_endless(line, body);
+        self.tell_endless(line, body, "once");
         match self.block(body) {
             Flow::Exit => Flow::Next,
             Flow::Next => Flow::Halt,
@@ -439,9 +463,12 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn tell_endless(&mut self, line: usize, body: &'a [Statement]) {
+    fn tell_endless(&mut self, line: usize, body: &'a [Statement], read: &str) {
         let open = self.open_in(body);
-        let what = format!("{ENDLESS}{open}");
+        let what = format!(
+            "an endless loop: read {read}, without the move from its end back to its \
+             beginning{open}"
+        );
         if !open.is_empty() {
             self.unmoved.looped.get_or_insert_with(|| (line, what.clone()));
         }
@@ -494,11 +521,18 @@ impl<'a> Run<'a> {
         body: &'a Block,
     ) -> Flow {
         const NONE: &Block = &Block::new();
-        loop {
+        /// Passes whose data are compared.
+        const COMPARED: usize = 3;
+        let conditions: Vec<&Expr> = before.into_iter().chain(behind).collect();
+        let deciding = self.deciding(body, conditions.clone());
+        for passes in 1_usize.. {
             if let Some(condition) = before {
                 match self.eval(condition).bool() {
                     Ok(true) => {}
-                    Ok(false) => return Flow::Next,
+                    Ok(false) => {
+                        self.polled(body, conditions);
+                        return Flow::Next;
+                    }
                     // Whoever moves in the condition moves once more for each pass.
                     Err(why) if self.calls_a_routine(vec![condition]) => {
                         self.decides(line, "WHILE", &why);
@@ -506,6 +540,7 @@ impl<'a> Run<'a> {
                     }
                     Err(why) => {
                         self.undecided(line, "WHILE", &why, [body, NONE]);
+                        self.polled(body, conditions);
                         return Flow::Next;
                     }
                 }
@@ -514,28 +549,47 @@ impl<'a> Run<'a> {
                 return Flow::Halt;
             }
             self.is_way_open = false;
+            let compared = deciding.as_deref().filter(|_| passes <= COMPARED);
+            let state = compared.map(|names| (names, self.values_of(names)));
             match self.block(body) {
                 // The run decides whether it ends: it is refused, and once is enough.
                 Flow::Next if self.is_way_open && leaves(body, true) => return Flow::Next,
                 Flow::Next => {}
-                Flow::Exit => return Flow::Next,
+                Flow::Exit => {
+                    self.polled(body, conditions);
+                    return Flow::Next;
+                }
                 flow => return flow,
             }
             if let Some(condition) = behind {
                 match self.eval(condition).bool() {
                     Ok(false) => {}
-                    Ok(true) => return Flow::Next,
+                    Ok(true) => {
+                        self.polled(body, conditions);
+                        return Flow::Next;
+                    }
                     Err(why) if self.calls_a_routine(vec![condition]) => {
                         self.decides(line, "UNTIL", &why);
                         return Flow::Next;
                     }
                     Err(why) => {
                         self.undecided(line, "UNTIL", &why, [body, NONE]);
+                        self.polled(body, conditions);
                         return Flow::Next;
                     }
                 }
             }
+            if state.is_some_and(|(names, state)| self.values_of(names) == state) {
+                let count = if passes == 1 { "once" } else { &format!("{passes} times") };
+                let read = format!(
+                    "{count} (nothing in it, and nothing that assume: gives, ends it: what stands \
+                     behind it is not read, unless it ends in the file that is checked)"
+                );
+                self.tell_endless(line, body, &read);
+                return Flow::Halt;
+            }
         }
+        Flow::Halt
     }
 
     fn switch(
@@ -594,7 +648,7 @@ impl<'a> Run<'a> {
 
 /// Whether a block leaves the LOOP that it stands in; EXIT counts where `own` says that no other
 /// loop lies between.
-fn leaves(block: &[Statement], own: bool) -> bool {
+pub(super) fn leaves(block: &[Statement], own: bool) -> bool {
     block.iter().any(|statement| match &statement.what {
         What::Exit => own,
         What::Return(_) | What::Goto(_) => true,

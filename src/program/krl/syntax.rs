@@ -151,6 +151,8 @@ pub(super) struct File {
     pub(super) components: HashMap<String, Vec<Type>>,
     /// What `DECL CONST` declares, by name in lower case.
     pub(super) constants: HashSet<String>,
+    /// What is declared for all programs, by name in lower case.
+    pub(super) for_all: HashSet<String>,
     pub(super) statement_count: usize,
     pub(super) is_cut: Option<usize>,
 }

@@ -13,6 +13,13 @@ const TURNS: f64 = 20.0;
 /// Why the position before is not known behind a motion that is skipped.
 const AWAY: &str = "the motion before goes to a position that is in no file";
 
+/// Whether two poses differ by rounding alone.
+fn is_same(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    let way = (a.translation.vector - b.translation.vector).norm();
+    way < ROUNDING && a.rotation.angle_to(&b.rotation) < ROUNDING
+}
+
 impl Run<'_> {
     /// A position in the base frame of the robot; components left out stay as they are.
     pub(super) fn target(
@@ -34,7 +41,13 @@ impl Run<'_> {
             _ if is_away && (is_relative || !is_whole) => {
                 return Err(format!("components are left out, and {AWAY}"));
             }
-            Some(last) => Some(numbers(&(self.base.inverse() * last.with(&self.tcp)))),
+            Some(last) => {
+                let now = self.base.inverse() * last.with(&self.tcp);
+                let is_now = |stated: &[f64; 6]| is_same(&pose(*stated), &now);
+                // Those that the program has stated: at B 90 others say the same.
+                let stated = self.stated.into_iter().flatten().find(is_now);
+                Some(stated.unwrap_or_else(|| numbers(&now)))
+            }
             None if is_whole && !is_relative => None,
             None => {
                 let before = match self.log.has_moved() {
@@ -57,6 +70,7 @@ impl Run<'_> {
                 None => old,
             };
         }
+        self.stated = [Some(found), self.stated[0]];
         Ok(self.base * pose(found))
     }
 
@@ -88,7 +102,7 @@ impl Run<'_> {
         let range = |is_negative| if is_negative { [-TURNS, 0.0] } else { [0.0, TURNS] };
         let joints = arm.iter().enumerate();
         let joints = joints.map(|(axis, joint)| (*joint, range(bits >> axis & 1 == 1))).collect();
-        Some(Configuration { shown: format!("S {status}, T {turn}"), joints })
+        Some(Configuration { shown: format!("S {status}, T {turn}"), joints, sides: None })
     }
 
     pub(super) fn joint_target(

@@ -22,25 +22,37 @@ pub(super) fn numbered(args: &Args) -> Option<Expr> {
     Some(Expr::Binary(Operator::Plus, Box::new(start.clone()), Box::new(digits)))
 }
 
-/// What a name in a string begins with, as far as the text has it, in lower case.
+/// A name in a string, before which its module may stand, as names are compared.
+fn plain(text: &str) -> String {
+    let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+    parts.join(":").to_lowercase()
+}
+
+/// What a name in a string begins with, as far as the text has it, as names are compared.
 pub(super) fn start(name: &Expr) -> String {
     match name {
-        Expr::Text(text) => text.trim_start().to_lowercase(),
+        Expr::Text(text) => plain(text),
         Expr::Binary(Operator::Plus, first, _) => start(first),
         _ => String::new(),
     }
 }
 
-/// A call of one of the procedures of the files that a name may be that of.
-pub(super) fn choice(line: usize, name: Expr, args: &Args, procedures: Vec<Name>) -> Parsed<What> {
-    if procedures.len() > MAX_CHOICE {
+/// A call of one of the procedures of the files that a name may be that of; those with their
+/// modules before them are the same procedures.
+pub(super) fn choice(
+    line: usize,
+    name: Expr,
+    args: &Args,
+    procedures: [Vec<Name>; 2],
+) -> Parsed<What> {
+    if procedures.iter().any(|own| own.len() > MAX_CHOICE) {
         return Err(format!("{SHOWN}, which may be that of more than {MAX_CHOICE} procedures"));
     }
     let call = |own: Name| {
         let shown = own.shown.to_lowercase();
-        (shown, vec![Statement { line, what: What::Call(own, args.clone()) }])
+        (shown, vec![Statement { line, there: None, what: What::Call(own, args.clone()) }])
     };
-    let among = procedures.into_iter().map(call).collect();
+    let among = procedures.into_iter().flatten().map(call).collect();
     Ok(What::CallByName(name, args.clone(), among))
 }
 
@@ -55,12 +67,10 @@ impl<'a> Interpreter<'a> {
         self.doubt_shared(line, SHOWN, vec![name], among.iter().map(|(_, call)| call).collect());
         let why = match self.eval(name) {
             Value::Text(text) => {
-                // Names ignore case.
-                let text = text.trim();
-                let found = among.iter().find(|(own, _)| *own == text.to_lowercase());
-                return match found {
+                let own = plain(&text);
+                return match among.iter().find(|(other, _)| *other == own) {
                     Some((_, call)) => self.block(call),
-                    None => self.call_of_controller(line, &Name::new(text), args),
+                    None => self.call_of_controller(line, &Name::new(text.trim()), args),
                 };
             }
             Value::Unknown(why) => why.to_string(),

@@ -161,9 +161,11 @@ impl<'a> Interpreter<'a> {
         self.handlers += handles;
         self.running.push(routine);
         let flow = match self.block(&routine.body) {
-            Flow::Goto(label) => {
+            Flow::Goto { label, line, place } => {
                 let what = format!("GOTO {label}: no block around it has this label");
-                self.log.error(Code::Motion, self.line, what);
+                let outer = self.log.within(place);
+                self.log.error(Code::Motion, line, what);
+                self.log.within(outer);
                 Flow::Exit
             }
             flow => flow,

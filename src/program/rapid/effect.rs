@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::filled::filled;
-use super::instructions::{is_ignored, is_own_function};
+use super::instructions::{change, is_ignored, is_own_function};
 use super::interpreter::{Interpreter, MAX_DEPTH};
 use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
@@ -137,6 +137,8 @@ impl<'a> Interpreter<'a> {
                 let waited = names_in(args.positional.iter().collect());
                 Effect::Data(waited.into_iter().chain(names_of(filled(name, args))).collect())
             }
+            // These use what they are given.
+            _ if change(name, args).is_some() => Effect::Data(names_of(filled(name, args))),
             key if is_ignored(key) => {
                 Effect::Data(references.chain(names_of(filled(name, args))).collect())
             }

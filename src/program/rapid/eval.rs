@@ -14,7 +14,7 @@ use super::texts;
 use super::undeclared::{fields, no_component, shown_steps, undeclared};
 use super::value::{Value, field, initial, initial_array, within_depth, within_size};
 use super::walk::{functions_of, statements_in};
-use super::why::{COPY, FILE, Why};
+use super::why::{COPY, FILE, Why, hint};
 
 /// Where a datum lives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -580,7 +580,15 @@ impl<'a> Interpreter<'a> {
                 }
                 let given = self.assumed(&name.key).filter(|_| !is_calculation(&name.key));
                 given.unwrap_or_else(|| {
-                    let why = self.why_unknown(name, args);
+                    let why = match positional.first() {
+                        // The job gives no strings.
+                        Some(Value::Unknown(why)) if name.key == "strtoval" => {
+                            let is_told = hint(why).is_empty();
+                            let help = if is_told { String::new() } else { format!("; {COPY}") };
+                            format!("{}: {why}{help}", name.shown)
+                        }
+                        _ => self.why_unknown(name, args),
+                    };
                     match self.gives_jobs(&name.key) {
                         true => Value::Unknown(Why::elsewhere(why, &format!("{}()", name.shown))),
                         false => Value::unknown(why),

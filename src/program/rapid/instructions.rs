@@ -1,5 +1,7 @@
 //! Which RAPID instructions move the robot, and which certainly do not.
 
+use super::syntax::{Args, Name, Optional};
+
 /// How the robot goes to the target of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Way {
@@ -68,34 +70,126 @@ pub(super) fn displaces(key: &str) -> bool {
     matches!(key, "pdispset" | "pdispon" | "eoffsset" | "eoffson" | "corrcon" | "corrwrite")
 }
 
-/// What an instruction changes of how the arm moves that is not read.
-pub(super) fn changes(key: &str) -> Option<&'static str> {
-    match key {
-        "motionprocessmodeset" | "softact" | "tuneservo" => {
-            Some("how stiff the drives hold the arm")
+/// Why they are not read, and what helps.
+pub(super) fn why_displaced(key: &str) -> &'static str {
+    match key.starts_with("corr") {
+        true => {
+            "a correction of the path by a sensor is not read: leave it, and \\Corr of the moves, \
+             out of a copy of the program, which is checked as it is programmed"
         }
-        "speedlimaxis" | "speedlimcheckpoint" => Some("how fast the arm may be"),
-        "syncmoveon" | "syncmoveresume" => Some(TOGETHER),
-        _ => None,
+        false => "program displacement is not supported",
     }
 }
 
-/// The same of moves of several robots at once.
+/// What an instruction does with the arm that is not read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Does {
+    /// How it moves, and what helps.
+    Moves(&'static str),
+    /// What it changes of how the arm moves.
+    Changes(&'static str),
+    /// What it ends such a change of.
+    Ends(&'static str),
+}
+
+const BY_ITSELF: &str = "moves and is not understood: put the moves that it makes (MoveL, MoveC, \
+                         MoveJ) in its place in a copy of the program";
+const BACK: &str = "moves the arm back or forth along its path, which is not read: put a move \
+                    (MoveL, MoveJ) to where it ends in its place in a copy of the program";
+const APART: &str = "moves an axis beside the moves of the robot, which is not read: leave it out \
+                     of a copy of the program where that axis carries neither the arm nor the work";
+
+const STIFFNESS: &str = "how stiff the drives hold the arm";
+const SPEED: &str = "how fast the arm may be";
+const BY_FORCE: &str = "how fast the arm moves, as a force slows it";
+const CONVEYOR: &str = "how fast the arm moves, as it follows the work on a conveyor";
+const AXIS: &str = "where an axis is that moves by itself";
+
+/// How changes of the path begin.
+pub(super) const WHERE: &str = "where the arm goes";
+const BY_HAND: &str = "where the arm goes, as a person leads it by hand";
+const SEEKS: &str = "where the arm goes, as it seeks a force";
+
+/// Of moves of several robots at once.
 pub(super) const TOGETHER: &str =
     "how fast the arm moves, as robots that move together wait for each other";
 
+/// Of the controller and its options, by names in lower case.
+const UNREAD: [(&str, Does); 46] = [
+    ("motionprocessmodeset", Does::Changes(STIFFNESS)),
+    ("softact", Does::Changes(STIFFNESS)),
+    ("softdeact", Does::Ends(STIFFNESS)),
+    ("tuneservo", Does::Changes(STIFFNESS)),
+    ("tunereset", Does::Ends(STIFFNESS)),
+    ("speedlimaxis", Does::Changes(SPEED)),
+    ("speedlimcheckpoint", Does::Changes(SPEED)),
+    ("syncmoveon", Does::Changes(TOGETHER)),
+    ("syncmoveresume", Does::Changes(TOGETHER)),
+    // Independent axes, the path backwards.
+    ("indamove", Does::Moves(APART)),
+    ("indcmove", Does::Moves(APART)),
+    ("inddmove", Does::Moves(APART)),
+    ("indrmove", Does::Moves(APART)),
+    ("indreset", Does::Ends(AXIS)),
+    ("pathrecmovebwd", Does::Moves(BACK)),
+    ("pathrecmovefwd", Does::Moves(BACK)),
+    ("stepbwdpath", Does::Moves(BACK)),
+    // Soft servo in space, force control, lead-through.
+    ("cssact", Does::Changes(STIFFNESS)),
+    ("cssdeact", Does::Ends(STIFFNESS)),
+    ("cssforceoffsetact", Does::Changes(STIFFNESS)),
+    ("cssforceoffsetdeact", Does::Ends(STIFFNESS)),
+    ("cssdeactmovel", Does::Moves(BY_ITSELF)),
+    ("fcact", Does::Changes(STIFFNESS)),
+    ("fcdeact", Does::Ends(STIFFNESS)),
+    ("fcspdchgact", Does::Changes(BY_FORCE)),
+    ("fcspdchgdeact", Does::Ends(BY_FORCE)),
+    ("fcrefstart", Does::Changes(SEEKS)),
+    ("fcrefstop", Does::Ends(SEEKS)),
+    ("setleadthrough", Does::Changes(BY_HAND)),
+    // Conveyors.
+    ("dropwobj", Does::Changes(CONVEYOR)),
+    ("waitwobj", Does::Changes(CONVEYOR)),
+    // Painting, welding, dispensing, sensors.
+    ("calibj", Does::Moves(BY_ITSELF)),
+    ("calibl", Does::Moves(BY_ITSELF)),
+    ("capc", Does::Moves(BY_ITSELF)),
+    ("capl", Does::Moves(BY_ITSELF)),
+    ("contactl", Does::Moves(BY_ITSELF)),
+    ("dispc", Does::Moves(BY_ITSELF)),
+    ("displ", Does::Moves(BY_ITSELF)),
+    ("nutj", Does::Moves(BY_ITSELF)),
+    ("nutl", Does::Moves(BY_ITSELF)),
+    ("paintc", Does::Moves(BY_ITSELF)),
+    ("paintl", Does::Moves(BY_ITSELF)),
+    ("spotj", Does::Moves(BY_ITSELF)),
+    ("spotl", Does::Moves(BY_ITSELF)),
+    ("spotmj", Does::Moves(BY_ITSELF)),
+    ("spotml", Does::Moves(BY_ITSELF)),
+];
+
+fn does(key: &str) -> Option<Does> {
+    UNREAD.iter().find(|(own, _)| *own == key).map(|(_, does)| *does)
+}
+
+/// What an instruction changes of how the arm moves that is not read, and whether it begins that.
+pub(super) fn change(name: &Name, args: &Args) -> Option<(&'static str, bool)> {
+    let is_off = |(own, value): &(String, Optional)| own == "off" && *value == Optional::Switch;
+    match does(&name.key)? {
+        Does::Changes(what) => Some((what, !args.optional.iter().any(is_off))),
+        Does::Ends(what) => Some((what, false)),
+        Does::Moves(_) => None,
+    }
+}
+
 /// Names that only motion has, beside those that are read.
 pub(super) fn sounds_like_motion(key: &str) -> bool {
-    const STARTS: [&str; 12] = [
-        "move", "search", "trigg", "arcl", "arcc", "arcmove", "smove", "fcpress", "indamove",
-        "indrmove", "egmmove", "egmrun",
+    const STARTS: [&str; 10] = [
+        "move", "search", "trigg", "arcl", "arcc", "arcmove", "smove", "fcpress", "egmmove",
+        "egmrun",
     ];
-    // Of options for painting, welding, dispensing, and of sensors.
-    const OTHERS: [&str; 15] = [
-        "calibj", "calibl", "capc", "capl", "contactl", "dispc", "displ", "nutj", "nutl", "paintc",
-        "paintl", "spotj", "spotl", "spotmj", "spotml",
-    ];
-    STARTS.iter().any(|start| key.starts_with(start)) && !is_ignored(key) || OTHERS.contains(&key)
+    STARTS.iter().any(|start| key.starts_with(start)) && !is_ignored(key)
+        || matches!(does(key), Some(Does::Moves(_)))
 }
 
 /// Why a call that moves, by its name or by what it is given, is not read, and what helps.
@@ -112,7 +206,11 @@ pub(super) fn why_not_read(key: &str, shown: &str) -> String {
     } else if sounds_like_motion(key) && is_programs {
         format!("'{shown}' moves by its name, and is {FILES}")
     } else if sounds_like_motion(key) {
-        format!("instruction '{shown}' moves and is not understood")
+        let how = match does(key) {
+            Some(Does::Moves(how)) => how,
+            _ => BY_ITSELF,
+        };
+        format!("instruction '{shown}' {how}")
     } else if is_calibration(key) {
         format!(
             "'{shown}' is an instruction of the controller, and what it does is not read: leave it \
@@ -123,9 +221,10 @@ pub(super) fn why_not_read(key: &str, shown: &str) -> String {
     }
 }
 
-/// Instructions without motion of their own and without effect on later motion.
+/// Instructions without motion of their own. What some of them change of later motion, or end such
+/// a change of, is told apart from that.
 pub(super) fn is_ignored(key: &str) -> bool {
-    const IGNORED: [&str; 90] = [
+    const IGNORED: [&str; 84] = [
         "accset",
         "actunit",
         "add",
@@ -181,10 +280,6 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "setgo",
         "set",
         "singarea",
-        "softact",
-        "softdeact",
-        "speedlimaxis",
-        "speedlimcheckpoint",
         "startload",
         "stop",
         "stopmove",
@@ -203,8 +298,6 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "triggio",
         "triggrampao",
         "triggspeed",
-        "tunereset",
-        "tuneservo",
         "uimsgbox",
         "uishow",
         "unload",
@@ -217,7 +310,7 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "waitrob",
         "waittime",
     ];
-    const MONITORS: [&str; 21] = [
+    const MONITORS: [&str; 18] = [
         "wzboxdef",
         "wzcyldef",
         "wzsphdef",
@@ -234,12 +327,8 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "setsysdata",
         "waitsynctask",
         "waittestandset",
-        // What they change is told.
-        "syncmoveon",
         "syncmoveoff",
-        "syncmoveresume",
         "syncmovesuspend",
-        "motionprocessmodeset",
     ];
     // Files, channels, sockets, messages, services, interrupts, tests.
     const BESIDE: &str = "\
@@ -251,6 +340,7 @@ pub(super) fn is_ignored(key: &str) -> bool {
         socketsendto spystart spystop testsigndefine testsignreset texttabinstall tpreaddnum \
         uimsgwrite uimsgwriteabort unpackrawbytes writerawbytes writestrbin";
     MONITORS.contains(&key)
+        || matches!(does(key), Some(Does::Changes(_) | Does::Ends(_)))
         || matches!(
             key,
             "aliasio"
@@ -268,7 +358,8 @@ pub(super) fn is_ignored(key: &str) -> bool {
 
 /// Whether an instruction of which nothing else is known may set what it is given.
 pub(super) fn may_set(key: &str) -> bool {
-    const READ: [&str; 9] = [
+    const READ: [&str; 10] = [
+        "errraise",
         "gripload",
         "ierror",
         "ipers",

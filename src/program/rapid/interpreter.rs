@@ -44,8 +44,13 @@ pub(super) struct Datum<'a> {
 pub(super) enum Flow {
     Next,
     Return(Option<Value>),
-    /// A jump to a label, by its name in lower case, out of the blocks that do not have it.
-    Goto(String),
+    /// A jump to a label, by its name in lower case, out of the blocks that do not have it, and
+    /// where it stands.
+    Goto {
+        label: String,
+        line: usize,
+        place: String,
+    },
     /// The program ends.
     Exit,
 }
@@ -101,6 +106,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) external: External,
     /// The line of the main file that runs.
     pub(super) line: usize,
+    /// What the program has begun to change of how the arm moves that is not read.
+    pub(super) begun: HashSet<&'static str>,
     /// SpeedRefresh as a share.
     pub(super) over: f64,
     /// The first line that moves at vmax, and the lowest speed behind the first move that it gives,
@@ -244,6 +251,7 @@ impl<'a> Interpreter<'a> {
             running: Vec::new(),
             external: External::new(settings),
             line: 1,
+            begun: HashSet::new(),
             over: 1.0,
             at_vmax: None,
             velocity: (1.0, f64::INFINITY),

@@ -29,7 +29,8 @@ struct Declared {
 }
 
 /// The names of the modules of several texts, the main one first, but for those that are `kept`.
-pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
+/// The job starts with `entry`: as it is, or that of the main file where none is global.
+pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>, entry: &str) -> Renamed {
     let all: Vec<Declared> =
         texts.iter().enumerate().flat_map(|(i, text)| declared(text, i == 0)).collect();
     let mut owners: HashMap<&str, Vec<&Declared>> = HashMap::new();
@@ -42,8 +43,9 @@ pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
     let strange = used_elsewhere(texts, &owners);
     let mut renamed = Renamed::new();
     for (name, owners) in owners {
-        let is_strange = strange.contains(name);
-        if owners.len() < 2 && !is_strange || kept.contains(name) {
+        let is_entry = name == entry;
+        let is_strange = strange.contains(name) && !is_entry;
+        if owners.len() < 2 && !is_strange || kept.contains(name) && !is_entry {
             continue;
         }
         let is_global = owners.iter().any(|one| !one.is_local) || is_strange;
@@ -138,21 +140,29 @@ fn declared(text: &str, is_of_main: bool) -> Vec<Declared> {
 }
 
 /// The procedures of several texts, in lower case, each once.
-pub(super) fn procedures(texts: &[&str]) -> Vec<String> {
-    let mut found = Vec::new();
-    for text in texts {
-        let mut is_next = false;
-        for token in Lexer::new(text) {
-            let word = if let Kind::Word(word) = token.kind { word } else { "" };
-            if is_next {
-                found.push(word.to_lowercase());
-            }
-            is_next = word.eq_ignore_ascii_case("PROC");
-        }
-    }
-    found.sort_unstable();
-    found.dedup();
-    found
+pub(super) struct Procedures {
+    pub(super) names: Vec<String>,
+    /// With their modules before them: `module:name`.
+    pub(super) of_modules: Vec<String>,
+}
+
+pub(super) fn procedures(texts: &[&str]) -> Procedures {
+    let all = texts.iter().flat_map(|text| declared(text, false)).filter(|own| own.is_procedure);
+    let (names, of_modules): (Vec<String>, Vec<String>) =
+        all.map(|own| (own.name.clone(), format!("{}:{}", own.module, own.name))).unzip();
+    let [names, of_modules] = [names, of_modules].map(|mut found| {
+        found.sort_unstable();
+        found.dedup();
+        found
+    });
+    Procedures { names, of_modules }
+}
+
+/// The procedure of a name with its module before it, as the files have it.
+pub(super) fn of_module(text: &str, renamed: &Renamed) -> Name {
+    let (module, name) = text.split_once(':').unwrap_or_default();
+    let name = named(name.trim(), renamed.get(&module.trim().to_lowercase()));
+    Name { shown: text.to_owned(), ..name }
 }
 
 /// A name as a module has it.

@@ -65,6 +65,12 @@ impl<'a> Interpreter<'a> {
         if option("id").is_some() {
             self.doubt_change(line, "\\ID", TOGETHER);
         }
+        if option("corr").is_some() {
+            let what = "\\Corr: the arm goes where a sensor corrects the path to (CorrWrite), \
+                        which is not read: the path is checked as it is programmed; leave \\Corr \
+                        out of a copy of the program where nothing corrects it";
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
         self.external.move_begins();
         let speed_arg = at(targets, "the speed")?;
         let first = self.eval(at(0, "the target")?);
@@ -373,8 +379,11 @@ impl<'a> Interpreter<'a> {
         let joints = joints.map(|(axis, quadrant)| (arm[axis], range(quadrant)));
         let shown = quadrants.map(|number| number.to_string()).join(",");
         let is_sane = quadrants.iter().all(|number| number.abs() < 100.0);
-        is_sane
-            .then(|| Configuration { shown: format!("confdata [{shown}]"), joints: joints.into() })
+        is_sane.then(|| Configuration {
+            shown: format!("confdata [{shown}]"),
+            joints: joints.into(),
+            sides: None,
+        })
     }
 
     /// Of a target of which the program has set other parts alone.

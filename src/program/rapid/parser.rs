@@ -3,15 +3,17 @@
 
 use std::cell::OnceCell;
 use std::collections::HashSet;
+use std::rc::Rc;
 
 use super::by_name;
 use super::cursor::{Cursor, Parsed};
 use super::filled::fills;
 use super::instructions::is_ignored;
 use super::lexer::Kind;
-use super::modules::{Renamed, procedures, renamed};
+use super::modules::{Procedures, Renamed, of_module, procedures, renamed};
 use super::syntax::{
-    Args, Block, Declaration, Expr, File, Name, Optional, Parameter, Routine, Statement, Trap, What,
+    Args, Block, Declaration, Expr, File, Name, Optional, Parameter, Routine, Statement, There,
+    Trap, What, place_of,
 };
 use super::walk::same_literal;
 use crate::notes::Code;
@@ -34,17 +36,29 @@ pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
     let others = &settings.companions;
     let all: Vec<&str> =
         [text].into_iter().chain(others.iter().map(|other| other.text.as_str())).collect();
-    let mut kept = named_by_job(settings);
-    kept.insert("main".to_owned());
-    let (renamed, named) = (renamed(&all, &kept), OnceCell::new());
+    let entry = settings.procedure.as_deref().unwrap_or("main").to_lowercase();
+    let renamed = renamed(&all, &named_by_job(settings), &entry);
+    let named = OnceCell::new();
     let texts = others.iter().map(|other| (other.text.as_str(), Some(other.name.as_str())));
     for (text, name) in [(text, None)].into_iter().chain(texts) {
         let cursor = Cursor::new(text, name.is_none(), &renamed);
         let (fault, open) = (None, None);
         let named = (&*all, &named);
+        let name = name.map(Rc::from);
         let [is_of_task, is_local] = [false; 2];
-        let mut parser =
-            Parser { cursor, file, depth: 0, name, named, open, is_of_task, is_local, fault };
+        let renamed = &renamed;
+        let mut parser = Parser {
+            cursor,
+            file,
+            depth: 0,
+            name,
+            renamed,
+            named,
+            open,
+            is_of_task,
+            is_local,
+            fault,
+        };
         while parser.cursor.peek().is_some() {
             parser.top_level(log);
         }
@@ -115,9 +129,11 @@ struct Parser<'a> {
     file: File,
     depth: usize,
     /// Of a file that is not the main one.
-    name: Option<&'a str>,
+    name: Option<Rc<str>>,
+    /// Names that modules have otherwise.
+    renamed: &'a Renamed,
     /// All files, and the names of their procedures, where a string has had one.
-    named: (&'a [&'a str], &'a OnceCell<Vec<String>>),
+    named: (&'a [&'a str], &'a OnceCell<Procedures>),
     /// The module that has begun.
     open: Option<Name>,
     /// Whether TASK stands before the declaration.
@@ -192,10 +208,14 @@ impl<'a> Parser<'a> {
     }
 
     fn tell(&self, line: usize, what: String, log: &mut Log) {
-        match self.name {
-            None => log.error(Code::Syntax, line, what),
-            Some(name) => log.error(Code::Syntax, 1, format!("{name}:{line}: {what}")),
-        }
+        let there = self.there(line);
+        let line = if there.is_some() { 1 } else { line };
+        log.error(Code::Syntax, line, format!("{}{what}", place_of(there.as_ref())));
+    }
+
+    /// A line of a file that is not the main one.
+    fn there(&self, line: usize) -> Option<There> {
+        self.name.clone().map(|name| (name, line))
     }
 
     /// A module without an end: where the file ends, too, it was cut off.
@@ -228,7 +248,7 @@ impl<'a> Parser<'a> {
     /// `line`: where it begins in its file.
     fn keep_declaration(&mut self, declaration: Declaration, line: usize, log: &mut Log) {
         let key = declaration.name.key.clone();
-        let here = self.name.map(|name| format!("{name}:{line}"));
+        let here = self.name.as_ref().map(|name| format!("{name}:{line}"));
         let first_place = self.file.places.remove(&key);
         let kept = match self.file.data.remove(&key) {
             Some(first) if is_of_both(&first, &declaration) => {
@@ -335,7 +355,7 @@ impl<'a> Parser<'a> {
 
     /// A trap runs when its interrupt comes, and so do its handlers of errors.
     fn trap(&mut self) -> Parsed<Trap> {
-        let line = self.cursor.line();
+        let (line, there) = (self.line(), self.there(self.cursor.line()));
         let name = self.cursor.name()?;
         self.cursor.enter_routine();
         let mut body = Vec::new();
@@ -352,7 +372,7 @@ impl<'a> Parser<'a> {
             }
             self.statement_or_stray(&mut body);
         }
-        Ok(Trap { line, name, file: self.name.map(str::to_owned), body })
+        Ok(Trap { line, there, name, body })
     }
 
     /// What stands from here up to where the parser is.
@@ -458,14 +478,12 @@ impl<'a> Parser<'a> {
                 if self.cursor.place() == start {
                     self.cursor.advance();
                 }
-                match self.name {
-                    None => What::NotUnderstood(what),
-                    Some(name) => What::NotUnderstood(format!("{name}:{own_line}: {what}")),
-                }
+                What::NotUnderstood(what)
             }
         };
-        let line = if self.name.is_some() { 0 } else { own_line };
-        block.push(Statement { line, what });
+        let there = self.there(own_line);
+        let line = if there.is_some() { 0 } else { own_line };
+        block.push(Statement { line, there, what });
     }
 
     /// Statements up to one of `ends`, which is left standing.
@@ -547,16 +565,24 @@ impl<'a> Parser<'a> {
         self.call(line, name)
     }
 
-    /// A procedure by a name in a string: where the text has the whole name it is a call.
+    /// A procedure by a name in a string, before which its module may stand: where the text has the
+    /// whole name it is a call.
     fn call_by_name(&mut self, line: usize, name: Expr, args: &Args) -> Parsed<What> {
-        if let Expr::Text(text) = &name {
-            return Ok(What::Call(self.cursor.named(text.trim()), args.clone()));
-        }
         let start = by_name::start(&name);
         let (texts, named) = self.named;
-        let all = named.get_or_init(|| procedures(texts)).iter();
-        let all = all.filter(|own| own.starts_with(&start));
-        by_name::choice(line, name, args, all.map(|own| self.cursor.named(own)).collect())
+        let all = named.get_or_init(|| procedures(texts));
+        if let Expr::Text(text) = &name {
+            let own = match all.of_modules.contains(&start) {
+                true => of_module(text.trim(), self.renamed),
+                false => self.cursor.named(text.trim()),
+            };
+            return Ok(What::Call(own, args.clone()));
+        }
+        let begins = |own: &&String| own.starts_with(&start);
+        let names = all.names.iter().filter(begins).map(|own| self.cursor.named(own));
+        let of_modules = all.of_modules.iter().filter(begins);
+        let of_modules = of_modules.map(|own| of_module(own, self.renamed));
+        by_name::choice(line, name, args, [names.collect(), of_modules.collect()])
     }
 
     /// `CONNECT i1 WITH tr;`: an instruction with the name of the trap as a text.

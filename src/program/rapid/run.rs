@@ -4,11 +4,11 @@ use std::collections::{HashMap, HashSet};
 
 use super::constants::VMAX;
 use super::effect::{CIR_PATH_MODE, Effect, GRIP};
-use super::instructions::{self, Motion, changes, is_synced};
+use super::instructions::{self, Motion, change, is_synced};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH, TOO_DEEP};
 use super::number::Number;
 use super::sets::CHANGE;
-use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
+use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What, place_of};
 use super::value::Value;
 use super::walk::{functions_of, statements_in};
 use super::why::{COPY, FILE, hint};
@@ -56,7 +56,7 @@ impl<'a> Interpreter<'a> {
             next += 1;
             match self.statement(statement) {
                 Flow::Next => {}
-                Flow::Goto(label) => {
+                Flow::Goto { label, line, place } => {
                     let is_here = |own: &Statement| match &own.what {
                         What::Label(name) => name.key == label,
                         _ => false,
@@ -67,7 +67,7 @@ impl<'a> Interpreter<'a> {
                     self.doubt_behind(statement, behind);
                     match block.iter().position(is_here) {
                         Some(at) => next = at,
-                        None => return Flow::Goto(label),
+                        None => return Flow::Goto { label, line, place },
                     }
                 }
                 flow => {
@@ -80,11 +80,26 @@ impl<'a> Interpreter<'a> {
     }
 
     fn statement(&mut self, statement: &'a Statement) -> Flow {
-        // A statement of another file counts as the one of this file that leads to it.
+        // A statement of another file counts as the one of this file that leads to it, with its
+        // own place in what is told of it.
+        let there = statement.there.as_ref();
+        let is_placed = statement.line > 0 || there.is_some();
+        let outer = is_placed.then(|| self.log.within(place_of(there)));
+        let outer_line = self.line;
         if statement.line > 0 {
             self.line = statement.line;
         }
-        let line = self.line;
+        let flow = self.statement_at(self.line, &statement.what);
+        if let Some(place) = outer {
+            if !place.is_empty() {
+                self.line = outer_line;
+            }
+            self.log.within(place);
+        }
+        flow
+    }
+
+    fn statement_at(&mut self, line: usize, what: &'a What) -> Flow {
         if self.log.is_full() {
             return Flow::Exit;
         }
@@ -99,7 +114,7 @@ impl<'a> Interpreter<'a> {
             return Flow::Exit;
         }
         self.depth += 1;
-        let flow = self.statement_inside(line, &statement.what);
+        let flow = self.statement_inside(line, what);
         self.depth -= 1;
         flow
     }
@@ -144,7 +159,10 @@ impl<'a> Interpreter<'a> {
             What::Return(value) => {
                 return Flow::Return(value.as_ref().map(|expr| self.eval(expr)));
             }
-            What::Goto(label) => return Flow::Goto(label.key.clone()),
+            What::Goto(label) => {
+                let place = self.log.place().to_owned();
+                return Flow::Goto { label: label.key.clone(), line, place };
+            }
             What::Label(_) => {}
             What::NotUnderstood(why) => self.log.error(Code::Syntax, line, why.clone()),
         }
@@ -366,12 +384,10 @@ impl<'a> Interpreter<'a> {
                 self.starts_again = true;
                 return Flow::Exit;
             }
-            "raise" | "trynext" | "retry" => {
-                self.log.error(
-                    Code::Motion,
-                    line,
-                    format!("{} outside an error handler: what those do is not read", name.shown),
-                );
+            "raise" | "errraise" | "trynext" | "retry" => {
+                let what =
+                    format!("{} outside an error handler: what those do is not read", name.shown);
+                self.log.error(Code::Motion, line, what);
                 return Flow::Exit;
             }
             "velset" => self.velset(line, args),
@@ -395,7 +411,7 @@ impl<'a> Interpreter<'a> {
             "setdataval" => self.set_named(line, name, args),
             "loadid" => self.identify_load(line, args),
             _ if instructions::displaces(key) => {
-                let what = format!("{}: program displacement is not supported", name.shown);
+                let what = format!("{}: {}", name.shown, instructions::why_displaced(key));
                 self.log.error(Code::Motion, line, what);
             }
             _ if instructions::sounds_like_motion(key)
@@ -471,9 +487,7 @@ impl<'a> Interpreter<'a> {
     }
 
     fn note_what_is_left_out(&mut self, line: usize, name: &Name, args: &'a Args) {
-        if let Some(changed) = changes(&name.key) {
-            self.doubt_change(line, &name.shown, changed);
-        }
+        self.heed_change(line, name, args);
         self.doubt_call(line, name, args);
         match instructions::is_ignored(&name.key) {
             true => {}
@@ -489,11 +503,36 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Of what changes how the arm moves and is not read.
-    pub(super) fn doubt_change(&mut self, line: usize, shown: &str, changed: &str) {
+    /// Of what changes how the arm moves and is not read, or ends that.
+    pub(super) fn heed_change(&mut self, line: usize, name: &Name, args: &Args) {
+        match change(name, args) {
+            Some((changed, true)) => self.doubt_change(line, &name.shown, changed),
+            Some((changed, false)) => self.doubt_end(line, &name.shown, changed),
+            None => {}
+        }
+    }
+
+    /// Of a change that begins.
+    pub(super) fn doubt_change(&mut self, line: usize, shown: &str, changed: &'static str) {
+        self.begun.insert(changed);
+        let used = match changed.starts_with(instructions::WHERE) {
+            true => "the path is checked as it is programmed",
+            false => "the robot file's stiffness and the programmed speeds are used throughout",
+        };
+        let what = format!("{shown} changes {changed}, which is not read: {used}");
+        self.log.warning(Code::ChangeIgnored, line, what);
+    }
+
+    /// Where nothing has begun such a change, the moves before its end may have been under it.
+    fn doubt_end(&mut self, line: usize, shown: &str, changed: &'static str) {
+        if !self.log.has_way() || self.begun.contains(changed) {
+            return;
+        }
         let what = format!(
-            "{shown} changes {changed}, which is not read: the robot file's stiffness and the \
-             programmed speeds are used throughout"
+            "{shown} ends a change of {changed}, and nothing before it that is read begins one: \
+             the moves before it are checked without; let path.program.procedure in the job name \
+             the procedure that begins it, or leave {shown} out of a copy of the program where \
+             none does"
         );
         self.log.warning(Code::ChangeIgnored, line, what);
     }

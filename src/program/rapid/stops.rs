@@ -2,7 +2,6 @@
 //! (`StopMove`, `ClearPath`, …), and how long it stands at a stop point.
 
 use super::constants::stop_point_of;
-use super::instructions::changes;
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Block, Name};
 use super::value::Value;
@@ -77,11 +76,7 @@ impl<'a> Interpreter<'a> {
                 "setsysdata" => self.lose_active(args),
                 key if drops(key) => self.doubt_rest(line, &name.shown),
                 "deactunit" => self.switch_off(args, false),
-                key => {
-                    if let Some(changed) = changes(key) {
-                        self.doubt_change(line, &name.shown, changed);
-                    }
-                }
+                _ => self.heed_change(line, name, args),
             }
         }
     }
@@ -131,21 +126,29 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// `\Inpos:=stoptime0_5`: at the end of its way the arm stands for the time that the data have.
+    /// `\Inpos:=stoptime0_5`: at the end of its way the arm stands for the time that the data have,
+    /// in a stop point of a position for the least time there.
     pub(super) fn dwell_at_end(&mut self, line: usize, data: Option<&Value>) {
         let Some(data) = data else { return };
-        let number = |at: usize| data.part(at, "stoppointdata").and_then(Value::num);
-        let why = match number(0).map(stop_point_of) {
-            Ok(Some("stoptime")) => match number(3) {
-                Ok(seconds) => return self.log.dwell(line, seconds),
-                Err(why) => why,
-            },
-            Ok(Some("fllwtime")) => "the arm follows a conveyor".to_owned(),
+        const OF: &str = "stoppointdata";
+        let number = |at: usize| data.part(at, OF).and_then(Value::num);
+        let seconds = match number(0).map(stop_point_of) {
+            Ok(Some("inpos")) => {
+                let least = data.part(2, OF).and_then(|own| own.part(2, OF)).and_then(Value::num);
+                least.map(|seconds| seconds.max(0.0))
+            }
+            Ok(Some("stoptime")) => number(3),
+            Ok(Some("fllwtime")) => Err("the arm follows a conveyor".to_owned()),
             Ok(_) => return,
-            Err(why) => why,
+            Err(why) => Err(why),
         };
-        let what = format!("\\Inpos: {why}; the time at the stop point is left out");
-        self.leave_out_time(line, &what);
+        match seconds {
+            Ok(seconds) => self.log.dwell(line, seconds),
+            Err(why) => {
+                let what = format!("\\Inpos: {why}; the time at the stop point is left out");
+                self.leave_out_time(line, &what);
+            }
+        }
     }
 
     /// Where the speed of the spindle follows the time, it counts.

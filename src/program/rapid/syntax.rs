@@ -1,6 +1,7 @@
 //! The syntax tree of RAPID, as far as motion may depend on it.
 
 use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
 
 use crate::program::span::Span;
 
@@ -101,10 +102,20 @@ pub(super) enum Optional {
     IfPresent(Name),
 }
 
+/// A file beside the main one, and a line of it.
+pub(super) type There = (Rc<str>, usize);
+
+/// What stands before what is told of a place there.
+pub(super) fn place_of(there: Option<&There>) -> String {
+    there.map_or_else(String::new, |(file, line)| format!("{file}:{line}: "))
+}
+
 /// A statement and the line of its first token.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Statement {
     pub(super) line: usize,
+    /// Where it stands, if not in the main file; its line is 0 then.
+    pub(super) there: Option<There>,
     pub(super) what: What,
 }
 
@@ -181,9 +192,9 @@ pub(super) struct Routine {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Trap {
     pub(super) line: usize,
+    /// As of a statement.
+    pub(super) there: Option<There>,
     pub(super) name: Name,
-    /// `None`: the main one.
-    pub(super) file: Option<String>,
     pub(super) body: Block,
 }
 

@@ -5,12 +5,14 @@ use std::collections::HashSet;
 
 use super::constants::VMAX;
 use super::instructions::{
-    changes, displaces, is_ignored, is_own_function, motion, sounds_like_motion,
+    change, displaces, is_ignored, is_own_function, motion, sounds_like_motion,
 };
 use super::interpreter::Interpreter;
 use super::outputs::WHOLE;
 use super::sets::{CHANGE, given_to, set_within};
-use super::syntax::{Args, Block, Declaration, Expr, Name, Path, Routine, Statement, Trap, What};
+use super::syntax::{
+    Args, Block, Declaration, Expr, Name, Path, Routine, Statement, Trap, What, place_of,
+};
 use super::timed::SETS;
 use super::value::Value;
 use super::walk::{
@@ -39,18 +41,15 @@ const SET_MOTION: [&str; 5] = ["cirpathmode", "gripload", "setsysdata", "speedre
 impl<'a> Interpreter<'a> {
     pub(super) fn warn_of_traps(&mut self) {
         for trap in &self.file.traps {
-            let line = if trap.file.is_none() { trap.line } else { 1 };
+            let line = trap.line.max(1);
+            self.log.within(place_of(trap.there.as_ref()));
             self.doubt_open(line, &[&trap.body]);
-            let Some(unread) = self.unread(&trap.body) else { continue };
-            let what = format!("a TRAP {unread} when its interrupt comes: this is not read");
-            match &trap.file {
-                None => self.log.warning(Code::MotionLeftOut, trap.line, what),
-                Some(file) => {
-                    let what = format!("{file}:{}: {what}", trap.line);
-                    self.log.warning(Code::MotionLeftOut, 1, what);
-                }
+            if let Some(unread) = self.unread(&trap.body) {
+                let what = format!("a TRAP {unread} when its interrupt comes: this is not read");
+                self.log.warning(Code::MotionLeftOut, line, what);
             }
         }
+        self.log.within(String::new());
     }
 
     /// What traps set whose CONNECT, or one of them, the procedure of the job does not lead to:
@@ -226,7 +225,10 @@ impl<'a> Interpreter<'a> {
             };
             Value::unknown(format!("'{}': {by}: known only at run time{help}", name.shown))
         });
-        if !self.file.data.contains_key(&name.key) && matches!(value, Value::Unknown(_)) {
+        // What the program has set it to before holds no longer, either.
+        let is_open = matches!(value, Value::Unknown(_));
+        let is_kept = is_open || self.assigned.contains_key(name.key.as_str());
+        if is_kept && !self.file.data.contains_key(&name.key) {
             self.assigned.insert(&name.key, value.clone());
         }
         self.set_anew.remove(name.key.as_str());
@@ -254,7 +256,10 @@ impl<'a> Interpreter<'a> {
                 };
                 let changes_motion = match own {
                     Some(own) => gives_speed(own),
-                    None => SET_MOTION.contains(&key) || changes(key).is_some() || displaces(key),
+                    None => {
+                        let begins = change(name, args).is_some_and(|(_, begins)| begins);
+                        SET_MOTION.contains(&key) || begins || displaces(key)
+                    }
                 };
                 if changes_motion {
                     return Some(format!("changes motion by {}", name.shown));
@@ -285,7 +290,7 @@ impl<'a> Interpreter<'a> {
             // An error that it raises is handled elsewhere.
             let raises = || {
                 statements_in(std::iter::once(&routine.handlers))
-                    .any(|what| calls(what, &["raise"]))
+                    .any(|what| calls(what, &["raise", "errraise"]))
             };
             if !(goes_on(&routine.handlers) || some_go_on && raises()) {
                 continue;
@@ -379,7 +384,7 @@ fn goes_on(handler: &Block) -> bool {
     let leaves = |what: &What| {
         matches!(what, What::Return(_) | What::Goto(_)) || calls(what, &["retry", "trynext"])
     };
-    let ends = |own: &Statement| calls(&own.what, &["exit", "exitcycle", "raise"]);
+    let ends = |own: &Statement| calls(&own.what, &["exit", "exitcycle", "raise", "errraise"]);
     !handler.iter().any(ends) || statements_in(std::iter::once(handler)).any(leaves)
 }
 
@@ -389,7 +394,7 @@ fn ends(key: &str) -> Option<&'static str> {
         "clearpath" | "stopmovereset" => Some("drops the rest of the path"),
         "exitcycle" => Some("starts the program again"),
         "exit" => Some("ends the program"),
-        "raise" => Some("leaves the move under way with an error"),
+        "raise" | "errraise" => Some("leaves the move under way with an error"),
         _ => None,
     }
 }

@@ -46,7 +46,10 @@ impl<'a> Interpreter<'a> {
     /// others may set it besides.
     pub(super) fn doubt_undeclared(&mut self, name: &'a Name, value: &Value) {
         let is_single = matches!(value, Value::Num(_) | Value::Bool(_) | Value::Text(_));
-        if is_single && self.believed.insert(&name.key) {
+        // Where a trap sets it, the job may say what it is.
+        let trapped = self.trapped.get(name.key.as_str());
+        let is_of_job = trapped.is_some_and(|own| !matches!(own, Value::Unknown(_)));
+        if is_single && !is_of_job && self.believed.insert(&name.key) {
             let what = format!(
                 "{}: it is taken as the program has set it, and other tasks and error handlers may \
                  set it besides; {FILE}",

@@ -72,6 +72,12 @@ fn tp_goes_to_a_register_that_the_controller_alone_knows() {
     let whole = whole.unwrap();
     assert_ends(&whole, &[('T', [1000.0, 0.0, 0.0]), ('L', [995.0, 10.0, 0.0])]);
     assert!(whole.warnings[0].what.contains("J PR[1]: the place is not in the program"));
+    // A cut from there is no part of the path, and neither is an arc from anywhere.
+    assert_eq!(told(&tp(&format!("{HOME}{CUT}{START}")), Code::MotionLeftOut), [4]);
+    assert_eq!(told(&tp(&format!("{CUT}{START}")), Code::MotionLeftOut), NONE);
+    let arc = "C P[1] P[2] 9mm/sec FINE ;\n";
+    assert_eq!(told(&tp(&format!("{arc}{START}")), Code::MotionLeftOut), [3]);
+    assert_eq!(told(&tp(&format!("{START}{arc}")), Code::MotionLeftOut), NONE);
     // Between moves the arm is taken to go straight in the joints to the next place.
     let between = tp(&format!("{START}{CUT}{HOME}{START}"));
     assert_eq!(told(&between, Code::MotionLeftOut), [5]);

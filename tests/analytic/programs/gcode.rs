@@ -377,7 +377,7 @@ fn a_first_cut_from_an_unknown_height_is_a_doubt() {
         let text = ended(text, dialect);
         let program = read(text.as_bytes(), dialect, &settings()).unwrap();
         let starts = |note: &&detune::notes::Note| {
-            note.what.contains("a move at feed from where ") && note.what.contains(" is not known")
+            note.what.contains("a move at feed from where ") && note.what.contains(" not known")
         };
         program.warnings.iter().filter(starts).map(at).collect::<Vec<usize>>()
     };
@@ -385,10 +385,20 @@ fn a_first_cut_from_an_unknown_height_is_a_doubt() {
     assert_eq!(told(plunge, Dialect::GCode), [3]);
     let sideways = "S3000 M3\nG0 X0 Z-2\nG1 Y20 F50\nG0 Z5\n";
     assert_eq!(told(sideways, Dialect::GCode), [3]);
-    // Where nothing is known, the program starts. Nothing is cut at rapid, or with the spindle stopped.
-    assert!(told("S3000 M3\nG1 X0 Y0 Z-20 F50\nG0 Z5\n", Dialect::GCode).is_empty());
+    // The same in one block. Nothing is cut at rapid, or with the spindle stopped.
+    let whole = "S3000 M3\nG1 X0 Y0 Z-20 F50\nG0 Z5\n";
+    assert_eq!(told(whole, Dialect::GCode), [2]);
+    assert_eq!(told(whole, Dialect::Sinumerik), [2]);
+    assert!(told(&whole.replace("G1", "G0"), Dialect::GCode).is_empty());
     assert!(told(&plunge.replace("G1 Z", "G0 Z"), Dialect::GCode).is_empty());
     assert!(told(&plunge.replace("S3000 M3", "M5"), Dialect::GCode).is_empty());
+    // A change of tool stops it, up to the start that follows, if one does.
+    let changed = "T1 M6\nG1 X0 Y0 Z50 F9000\nS3000 M3\nG1 Z-2 F50\n";
+    assert!(told(changed, Dialect::GCode).is_empty());
+    for start in ["S3000", "M5\nS3000 M3", "T2 M6\nS3000 M3"] {
+        assert_eq!(told(&changed.replace("S3000 M3", start), Dialect::GCode), [2], "{start}");
+    }
+    assert_eq!(told(&changed.replace("M6", "M6 M3"), Dialect::GCode), [2]);
     let heidenhain = "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 R0 FMAX M3\nL Z-20 F50\n\
                       L Z+5 FMAX\nEND PGM A MM\n";
     assert_eq!(told(heidenhain, Dialect::Heidenhain).len(), 1);

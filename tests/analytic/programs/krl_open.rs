@@ -37,13 +37,15 @@ fn refused(found: Read, said: &str) {
     assert!(found.iter().any(|note| note.what.contains(said)), "{said}: {found:?}");
 }
 
-/// A branch that only the run decides, from line 6 on, and one that asks for what it may set.
+/// A branch that only the run decides, from line 6 on, and one that asks for what it may set; `n` is the program's own.
 fn open(branch: &str, asked: &str, routines: &str) -> Read {
     let body = format!(
         "{START}\nn=5\n$OUT[1]=FALSE\nIF $IN[3] THEN\n{branch}\nENDIF\nIF {asked} THEN\nLIN {{X 9}}\n\
          ENDIF{routines}"
     );
-    with(&body, &settings())
+    let text = "DEFDAT p\nINT n\nENDDAT\n".into();
+    let companions = vec![Companion { name: "p.dat".to_owned(), text }];
+    with(&body, &Settings { companions, ..settings() })
 }
 
 /// A function that sets what it is given.
@@ -275,9 +277,10 @@ fn the_counter_of_a_loop_is_a_doubt_where_it_matters_behind_it() {
         ("N=N+1\nLIN {X N}".to_owned(), 10),
         ("Q[4]=N\nLIN {X Q[4]}".to_owned(), 10),
         ("Q[N]=7".to_owned(), 9),
+        ("$OUT[2]=FALSE\n$OUT[N]=TRUE\nIF $OUT[2] THEN\nLIN {X 5}\nENDIF".to_owned(), 11),
         ("BAS(#VEL_CP,0.01*N)".to_owned(), 9),
-        (format!("A(N){routine}"), 9),
-        (format!("M=F(N){function}"), 9),
+        (format!("A(N){routine}"), 13),
+        (format!("M=F(N){function}"), 13),
         (format!("A(M)\nLIN {{X M}}{by_reference}"), 10),
     ] {
         assert_eq!(of(&behind), [(Code::MotionLeftOut, line)], "{behind}");
@@ -287,6 +290,7 @@ fn the_counter_of_a_loop_is_a_doubt_where_it_matters_behind_it() {
         "N=7\nLIN {X N}",
         "M=N\nM=7\nLIN {X M}",
         "$OUT[3]=N==4",
+        "$OUT[N]=TRUE\nLIN {X 5}",
         "Q[4]=N\nQ[5]=1\nLIN {X Q[5]}",
         "FOR N=5 TO 6\nLIN {X N}\nENDFOR",
         "FOR N=5 TO 6\nIF N==6 THEN\nEXIT\nENDIF\nENDFOR\nLIN {X N}",

@@ -512,3 +512,125 @@ fn what_a_handler_may_set_is_not_known_to_be_no_error() {
         assert_eq!(lines(&run(&text, &Settings { assume, ..settings() }).unwrap()), [4]);
     }
 }
+
+/// Technical reference manual, MoveL, CorrCon, CorrWrite: under \Corr the controller adds to the path what a sensor
+/// gives.
+#[test]
+fn a_path_that_a_sensor_corrects_is_a_doubt() {
+    for way in [
+        "MoveL Offs(p,10,0,0),v5,fine,tool0\\Corr;",
+        "MoveC Offs(p,5,2,0),Offs(p,10,0,0),v5,fine,tool0\\Corr;",
+        "TriggL Offs(p,10,0,0),v5,t1,fine,tool0\\Corr;",
+    ] {
+        let of = |way: &str| with(&format!("{MOVE}\n{way}\nCorrClear;"), "VAR triggdata t1;");
+        assert_eq!(doubts(&of(&way.replace("\\Corr", "")).unwrap()), [], "{way}");
+        assert_eq!(doubts(&of(way).unwrap()), [(Code::MotionLeftOut, 5)], "{way}");
+    }
+    let go = "PROC Go(\\switch Corr)\nMoveL Offs(p,10,0,0),v5,fine,tool0\\Corr?Corr;\nENDPROC";
+    for (call, expected) in [("Go;", vec![]), ("Go\\Corr;", vec![(Code::MotionLeftOut, 8)])] {
+        assert_eq!(doubts(&with(&format!("{MOVE}\n{call}"), go).unwrap()), expected, "{call}");
+    }
+    let said = ["CorrCon: a correction of the path by a sensor", "out of a copy of the program"];
+    refused(with(&format!("{MOVE}\nCorrCon z;"), "VAR corrdescr z;"), 5, &said);
+}
+
+/// Application manuals, Controller software (SoftMove, Path Recovery, Independent Axes, Conveyor tracking).
+#[test]
+fn instructions_of_options_that_move_or_soften_the_arm_are_known() {
+    for call in [
+        "CSSAct\\RefFrame:=CSS_REFFRAME_TOOL,CSS_Z\\StiffnessNonSoftDir:=50\\Stiffness:=10\\AllowMove;",
+        "SetLeadThrough\\On;",
+        "WaitWObj w\\RelDist:=50;",
+        "DropWObj w;",
+    ] {
+        let found = with(&format!("{MOVE}\n{call}\n{NEXT}"), "PERS wobjdata w;").unwrap();
+        assert_eq!(doubts(&found), [(Code::ChangeIgnored, 5)], "{call}");
+    }
+    for (call, how) in [
+        ("CSSDeactMoveL p,v5,tool0;", "moves and is not understood: put the moves"),
+        ("PathRecMoveBwd\\ID:=id1;", "moves the arm back or forth along its path"),
+        ("IndCMove STN_A,2,20;", "moves an axis beside the moves of the robot"),
+    ] {
+        refused(with(&format!("{MOVE}\n{call}\n{NEXT}"), ""), 5, &[how, "a copy of the program"]);
+    }
+}
+
+/// ErrRaise goes to the handler of errors, as RAISE does: what stands behind it is not reached.
+#[test]
+fn an_error_that_the_program_raises_itself_is_refused() {
+    let raise = "ErrRaise \"ERR_I\",4800,\"t\",ERRSTR_TASK,\"s\",ERRSTR_CONTEXT,ERRSTR_EMPTY;";
+    let found = with(&format!("{MOVE}\n{raise}\n{NEXT}\nERROR\nRETURN;"), "");
+    refused(found, 5, &["ErrRaise outside an error handler"]);
+}
+
+#[test]
+fn a_number_in_a_string_that_only_the_run_knows_is_told_by_that() {
+    let data = "VAR socketdev c;VAR string s;VAR num n;VAR bool ok;";
+    let found = with(&format!("SocketReceive c\\Str:=s;\nok:=StrToVal(s,n);\nIF ok {MOVE}"), data);
+    assert!(!format!("{found:?}").contains("is not read"), "{found:?}");
+    refused(found, 6, &["StrToVal: SocketReceive fills in 's'"]);
+}
+
+/// A datum that no file declares, and that the program sets before a trap may: what the job says of it counts, as of
+/// one that is declared.
+#[test]
+fn what_the_job_says_of_what_a_trap_sets_counts_without_a_declaration() {
+    let body = format!("{MOVE}\nnM:=1;\nCONNECT i1 WITH tr;\nISignalDI di1,1,i1;\nIF nM=2 {NEXT}");
+    for declared in ["VAR num nM;", ""] {
+        let trap = format!("VAR intnum i1;{declared}\nTRAP tr\nnM:=nC;\nENDTRAP\nENDMODULE");
+        let assume = [("nm".to_owned(), Assumed::Number(2.0))].into();
+        let text = module(&body).replace("ENDMODULE", &trap);
+        let found = run(&text, &Settings { assume, ..settings() }).unwrap();
+        assert_eq!((lines(&found), doubts(&found)), (vec![4, 8], vec![]), "{declared}");
+        assert!(!format!("{:?}", found.warnings).contains("no effect"), "{:?}", found.warnings);
+    }
+}
+
+/// Technical reference manual, SoftDeact, TuneReset; application manual, Force control: what they end may hold since
+/// before the procedure of the job.
+#[test]
+fn an_end_of_softness_that_nothing_begins_is_a_doubt() {
+    for (begin, end) in [
+        ("SoftAct 3,50;", "SoftDeact;"),
+        ("TuneServo ROB_1,1,110;", "TuneReset;"),
+        ("CSSAct\\RefFrame:=CSS_REFFRAME_TOOL,CSS_Z;", "CSSDeact;"),
+        ("FCAct tool0;", "FCDeact;"),
+        ("FCSpdChgAct 200;", "FCSpdChgDeact;"),
+        ("SetLeadThrough\\On;", "SetLeadThrough\\Off;"),
+    ] {
+        let of = |body: String| doubts(&with(&body, "").unwrap());
+        assert_eq!(of(format!("{MOVE}\n{NEXT}\n{end}")), [(Code::ChangeIgnored, 6)], "{end}");
+        let open = format!("{MOVE}\n{NEXT}\nIF di1=1 {end}");
+        assert_eq!(of(open), [(Code::ChangeIgnored, 6)], "{end}");
+        // The first move goes to where the path starts.
+        assert_eq!(of(format!("{end}\n{MOVE}\n{end}\n{NEXT}")), [], "{end}");
+        let whole = format!("{MOVE}\n{begin}\n{NEXT}\n{end}");
+        assert_eq!(of(whole), [(Code::ChangeIgnored, 5)], "{begin}");
+    }
+    let found = with(&format!("{MOVE}\nSetLeadThrough\\On;\n{NEXT}"), "").unwrap();
+    let is_told = |note: &Note| note.what.ends_with("the path is checked as it is programmed");
+    assert!(found.warnings.iter().any(is_told), "{:?}", found.warnings);
+}
+
+/// They use the tool and the work object, and do not set them.
+#[test]
+fn what_changes_the_arm_under_a_condition_leaves_its_arguments_as_they_are() {
+    let data = "PERS wobjdata w:=[FALSE,TRUE,\"\",[[10,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n\
+                PERS tooldata t:=[TRUE,[[0,0,50],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];";
+    let way = "MoveL p,v5,fine,t\\WObj:=w;";
+    for call in ["FCAct t;", "DropWObj w;"] {
+        let found = with(&format!("{way}\nIF di1=1 {call}\n{way}"), data).unwrap();
+        assert_ends(&found, &[('L', [110.0, 200.0, 300.0]), ('L', [110.0, 200.0, 300.0])]);
+        assert!(found.moves.iter().all(|own| (own.tcp.translation.z - 0.05).abs() < 1e-12));
+        assert_eq!(doubts(&found), [(Code::ChangeIgnored, 5)], "{call}");
+    }
+}
+
+/// `assume` gives no strings.
+#[test]
+fn a_string_of_no_file_is_to_be_written_into_the_program() {
+    let body = format!("ok:=StrToVal(s,n);\nIF ok {MOVE}");
+    let found = with(&body, "VAR num n;VAR bool ok;");
+    assert!(!format!("{found:?}").contains("assume"), "{found:?}");
+    refused(found, 5, &["StrToVal: ", "write the value into a copy of the program"]);
+}

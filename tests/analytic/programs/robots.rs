@@ -477,6 +477,36 @@ fn frame_0_is_the_world_and_an_arm_that_turns_over_is_refused() {
     assert!(at(&turned[0]) == 4 && turned[0].what.contains("to 'F U T'"), "{turned:?}");
 }
 
+/// The letters of CONFIG name shoulder, elbow and wrist for the path, whatever the turn numbers are and however the
+/// arm gets there; an increment has those that hold, and a position in joints has none.
+#[test]
+fn the_letters_of_config_name_the_arm_configuration() {
+    let named = |config: &str, motion: &str| -> Vec<Option<String>> {
+        let joints = "P[3]{\n GP1:\n UF : 1, UT : 1,\n J1= 0 deg, J2= 0 deg, J3= 0 deg, J4= 0 deg, J5= 9 deg, J6= 0 \
+                      deg\n};\n";
+        let first = tp_at(1, "1", "N U T, 0, 0, 0");
+        let positions = [&first, &tp_at(2, "1", config), joints].concat();
+        let statements =
+            format!("J P[1] 9% FINE ;\n{motion} ;\nJ P[3] 9% FINE ;\nJ P[2] 9% FINE ;\n");
+        let program = tp_program(&statements, &positions, &tp_settings()).unwrap();
+        let asked = program.moves.iter().map(|each| each.stated.configuration.as_ref());
+        asked.map(|asked| asked?.sides.as_deref().map(str::to_owned)).collect()
+    };
+    let all = |last: &str| {
+        let nut = Some("N U T".to_owned());
+        [nut.clone(), nut, None, Some(last.to_owned())]
+    };
+    for (config, motion) in [
+        ("N U T, 0, 0, 0", "J P[2] 9% FINE"),
+        ("N U T, 1, 0, 0", "J P[2] 9% FINE"),
+        ("N U T, 0, 0, 0", "L P[2] 9mm/sec FINE"),
+        ("N U T, 0, 0, 0", "J P[2] 9% FINE INC"),
+    ] {
+        assert_eq!(named(config, motion), all("N U T"), "{config} {motion}");
+    }
+    assert_eq!(named("F D B, 0, 0, 0", "J P[2] 9% FINE INC"), all("F D B"));
+}
+
 #[test]
 fn a_payload_that_changes_is_a_doubt() {
     let job = tp_settings();

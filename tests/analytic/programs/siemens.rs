@@ -97,6 +97,45 @@ fn deep_holes() {
     );
 }
 
+/// The sixth digit of `_AMODE` from the right has DAM in percent of the stroke before: 10, 8, and
+/// instead of 6.4 the least stroke, 7, of which the last two are equal.
+#[test]
+fn strokes_of_deep_holes_in_percent() {
+    let call = |words: &str| format!("CYCLE83(20,0,2,{words})\n");
+    assert_heights(
+        &call("-28,,,10,80,0,0,100,1,0,7,0,0,1,0,1,11211112"),
+        &[2.0, -10.0, 2.0, -9.0, -18.0, 2.0, -17.0, -23.0, 2.0, -22.0, -28.0, 2.0, 20.0],
+    );
+    assert_heights(
+        &call("-20,,,10,100,0,0,1,1,0,0,0,0,1,0,1,11211112"),
+        &[2.0, -10.0, 2.0, -9.0, -20.0, 2.0, 20.0],
+    );
+    for (words, said) in [
+        ("-28,,,10,80,0,0,1,1,0,7,0,0,1,0,1,11311112", "digit 6 from the right is 3"),
+        ("-28,,,10,80,0,0,1,1,0,7,0,0,1,0,1,12211112", "digit 7 from the right is 2"),
+        ("-28,,,10,0,0,0,1,1,0,7,0,0,1,0,1,11211112", "DAM is 0"),
+        ("-28,,,10,80,0,0,1,1,0,0,0,0,1,0,1,11211112", "_MDEP"),
+        ("-28,,,10,80,0,0,50,1,0,7,0,0,1,0,1,11211112", "FRF=50"),
+        ("-28,,,10,2,0,0,100,1", "FRF=100"),
+    ] {
+        refused(&call(words), said);
+    }
+}
+
+/// What 1 is beside `_AMODE`, the whole feed or one percent of it, is not known.
+#[test]
+fn a_feed_factor_of_one_beside_amode_is_a_doubt() {
+    for (words, count) in
+        [("1,1,0,0,0,0,1,0,1,11211112", 1), ("100,1,0,0,0,0,1,0,1,11211112", 0), ("1,1", 0)]
+    {
+        let program = run(&format!("CYCLE83(20,0,2,-20,,,10,100,0,0,{words})\n")).unwrap();
+        let told = |note: &&Note| note.what.contains("FRF of CYCLE83");
+        let told: Vec<_> = program.warnings.iter().filter(told).collect();
+        assert_eq!(told.len(), count, "{words}: {told:?}");
+        assert!(told.iter().all(|note| note.code == Code::ChangeIgnored));
+    }
+}
+
 /// DTB and DTS are seconds where they are positive: at the bottom of both pecks, and once over the
 /// hole. Nothing says a speed.
 #[test]

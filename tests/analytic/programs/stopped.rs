@@ -446,6 +446,9 @@ fn a_stop_point_of_a_time_is_a_dwell() {
     assert_eq!(of("s", &own("3,TRUE,[0,0,0,0],0,2.5")), (None, 1, 0));
     assert_eq!(of("sElse", ""), (None, 1, 1));
     assert_eq!(of("inpos50", ""), (None, 0, 0));
+    // mintime: the least time there.
+    assert_eq!(of("s", &own("1,TRUE,[50,50,2,10],0,0")), (Some(2.0), 0, 0));
+    assert_eq!(of("s", &own("1,TRUE,[50,50,-1,10],0,0")), (None, 0, 0));
 }
 
 /// Which element of an array is set only the run knows: none is known behind it.

@@ -362,3 +362,90 @@ fn a_list_or_a_number_that_is_missing_is_refused_where_it_stands() {
         refused(tp(&format!("{line} ;\n")), 6, "never filled in");
     }
 }
+
+/// `[GPn]` is of one group alone: of the arm, or of a positioner.
+#[test]
+fn frames_of_another_group_are_not_the_arms() {
+    let mut job = job(&[]);
+    let upright = [1.0, 0.0, 0.0, 0.0];
+    job.base_frames.insert(2, pose([-400.0, 0.0, 0.0], upright));
+    job.tool_frames.insert(2, pose([0.0, 0.0, 400.0], upright));
+    let other = "UTOOL_NUM[GP2]=2 ;\nUFRAME_NUM [GP2]=2 ;\nPR[6]=P[2] ;\n";
+    let moves = "L PR[6] 9mm/sec FINE ;\nL P[3] 9mm/sec FINE ;\n";
+    let found = with(&format!("{other}{moves}"), &job).unwrap();
+    assert_ends(&found, &[('L', [1100.0, 0.0, 0.0]), ('L', [1100.0, 100.0, 0.0])]);
+    let both = other.replace("GP2", "gp2, GP1");
+    assert_eq!(
+        with(&format!("{both}{moves}"), &job).unwrap_err(),
+        with(&format!("{}{moves}", other.replace("GP2", "GP1")), &job).unwrap_err()
+    );
+    let found = with(&format!("{}{moves}", other.replace("GP2", "GP1")), &job).unwrap_err();
+    let is_it = |note: &Note| note.what.contains("P[3] has UF : 1, and UFRAME_NUM is 2 here");
+    assert!(found.iter().any(is_it), "{found:?}");
+    refused(tp("UTOOL_NUM[2]=1 ;\n"), 6, "expected UTOOL_NUM=n, or UTOOL_NUM[GP1]=n");
+    // The frame of the positions counts where the program chooses none for the arm.
+    let text = format!(
+        "/PROG T\n/MN\nUFRAME_NUM[GP2]=2 ;\nUTOOL_NUM[GP2]=2 ;\nPR[6]=P[2] ;\nL PR[6] 9mm/sec FINE ;\n/POS\n{}/END\n",
+        point(2, [100.0, 0.0, 0.0], "")
+    );
+    let found = read(text.as_bytes(), Dialect::Fanuc, &job).unwrap();
+    assert_ends(&found, &[('L', [1100.0, 0.0, 0.0])]);
+}
+
+/// P[1], P[2] and an increment P[4], whose values may be changed.
+fn increment(change: impl Fn(String) -> String) -> Read {
+    let points = [1.0, 2.0].map(|n| point(n as u32, [100.0 * n, 0.0, 0.0], "")).concat();
+    let last = change(point(4, [0.0, 0.0, -2.0], "").replace("W = 180", "W = 0"));
+    let text = format!(
+        "/PROG T\n/MN\nUFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\nL P[1] 9mm/sec FINE ;\nL P[4] 9mm/sec FINE INC ;\n\
+         L P[2] 9mm/sec FINE ;\n/POS\n{points}{last}/END\n"
+    );
+    read(text.as_bytes(), Dialect::Fanuc, &job(&[]))
+}
+
+#[test]
+fn the_configuration_of_an_increment_does_not_count() {
+    for config in ["N U T", "N D B"] {
+        let found = increment(|point| point.replace("N U T", config)).unwrap();
+        let expected = [[1100.0, 0.0, 0.0], [1100.0, 0.0, -2.0], [1200.0, 0.0, 0.0]];
+        assert_ends(&found, &expected.map(|at| ('L', at)));
+    }
+}
+
+#[test]
+fn a_second_robot_that_moves_is_refused_as_one() {
+    let group = |x: f64| {
+        format!(
+            "\n GP3:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = 0 mm, \
+             W = 0 deg, P = 0 deg, R = 0 deg,\n E1 = {x} mm\n}};"
+        )
+    };
+    let both = |second: f64| {
+        let points = [(1, 50.0), (2, second)].map(|(number, x)| {
+            point(number, [100.0 * f64::from(number), 0.0, 0.0], "").replace("\n};", &group(x))
+        });
+        let text = format!(
+            "/PROG T\n/MN\nUFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\nL P[1] 9mm/sec FINE ;\n{MOVE}/POS\n{}/END\n",
+            points.concat()
+        );
+        read(text.as_bytes(), Dialect::Fanuc, &job(&[]))
+    };
+    refused(both(60.0), 6, "GP3 is a second robot, and it moves");
+    assert_eq!(moves(&both(50.0)), 2);
+}
+
+#[test]
+fn a_program_without_motion_is_told_as_that() {
+    let text = "/PROG T\n/MN\nIF R[47]>=5,JMP LBL[2] ;\nJMP LBL[3] ;\nLBL[2] ;\nR[1]=1 ;\nLBL[3] ;\n/POS\n/END\n";
+    let found = read(text.as_bytes(), Dialect::Fanuc, &settings()).unwrap_err();
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].what.contains("the program contains no motion"), "{found:?}");
+}
+
+#[test]
+fn a_speed_by_name_is_asked_for_with_its_unit() {
+    let found = tp("L P[2] WELD_SPEED FINE ;\n").unwrap();
+    let told =
+        |note: &Note| note.what.contains("{\"WELD_SPEED\": …} in the job can give it, in mm/sec");
+    assert!(found.warnings.iter().any(told), "{:?}", found.warnings);
+}

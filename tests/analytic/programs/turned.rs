@@ -170,3 +170,24 @@ fn turned_programs_are_rewritten() {
     let expected = text.replace("S3000", "S6000").replace("F100", "F200").replace("F600", "F1200");
     assert_eq!(String::from_utf8(found.bytes).unwrap(), expected);
 }
+
+/// Fanuc (B-62764EN) asks for an absolute command behind G69; behind either, controls differ in what
+/// an axis that is not stated counts from.
+#[test]
+fn places_behind_g68_and_g69_are_to_be_stated() {
+    let doubts = |text: &str, code: &str| {
+        let said = format!("the first move in the plane behind {code}");
+        told(&BEGUN.run(text).unwrap(), &said)
+    };
+    let turned = "G68 X10 Y0 R90\nG1 X20 Y0\n";
+    assert_eq!(doubts(&format!("{turned}G69\nG91 X10\nG90\n"), "G69"), [Code::ChangeIgnored]);
+    assert_eq!(doubts(&format!("{turned}G69\nX5\n"), "G69"), [Code::ChangeIgnored]);
+    assert_eq!(doubts("G68 X10 Y0 R90\nG1 X20\n", "G68"), [Code::ChangeIgnored]);
+    assert_eq!(doubts(&format!("{turned}G69\nG92 X0\nG0 X5\n"), "G69"), [Code::ChangeIgnored]);
+    let stated = format!("{turned}G69\nG0 Z9\nX0 Y0\nX5\nG91 X1\n");
+    let set = format!("{turned}G69\nG92 X0 Y0\nG0 X5\n");
+    // The tool stands at the centre, which has the same coordinates.
+    for text in [stated.as_str(), &set, "G1 X10\nG68 R-90\nG1 X20\n"] {
+        assert!(doubts(text, "G6").is_empty(), "{text}");
+    }
+}

@@ -354,3 +354,49 @@ fn a_variable_that_the_job_declares_holds_in_subprograms() {
     let found = of("MYGUD=2\nUP\n", "DEF REAL MYGUD\nMYGUD=30\nX=MYGUD\nM17\n").unwrap_err();
     assert!(found[0].what.contains("'MYGUD=' is not understood"), "{found:?}");
 }
+
+/// LinuxCNC: in the coordinates and the unit that hold where the block begins.
+#[test]
+fn parameters_of_linuxcnc_that_the_program_settles() {
+    let of = |assume: &[(&str, f64)], text: &str| {
+        let assume = assume.iter().map(|(name, x)| ((*name).to_owned(), Assumed::Number(*x)));
+        let job = Settings { assume: assume.collect(), ..settings() };
+        read(format!("{text}M2\n").as_bytes(), Dialect::GCode, &job)
+    };
+    let head = "G21 G90 G94\nS900 M3\nG0 X3 Y1 Z5\nG1 F200\n";
+    for (text, end) in [
+        ("#1=#<_z>\nZ[#1-6]\n", [3.0, 1.0, -1.0]),
+        // 2 behind the shift, so 12, which is 13 without it.
+        ("G52 X1\nX[#<_x>+10]\n", [13.0, 1.0, 5.0]),
+        ("G91\nX[#<_incremental>+#<_z>]\n", [9.0, 1.0, 5.0]),
+        ("G20\nX[#<_x>*2]\n", [6.0, 1.0, 5.0]),
+        ("X[#<_feed>/100+#<_rpm>/900+#<_metric>]\n", [4.0, 1.0, 5.0]),
+    ] {
+        let program = of(&[], &format!("{head}{text}")).unwrap_or_else(|why| panic!("{why:?}"));
+        assert_ends(&program, &[('L', [3.0, 1.0, 5.0]), ('L', end)]);
+    }
+    for (text, said) in [
+        ("G90\nG0 X3 Y1 Z5\nX#<_metric>\n", "which nothing says: write G20 or G21"),
+        ("G21\nG0 X3 Y1 Z5\nG53 Z0\nX#<_z>\n", "'_z' is the place of the tool"),
+        ("G21\nG0 X3 Y1 Z5\nX#<_rpm>\n", "write S before"),
+        ("G21\nG0 X3 Y1 Z5\nG68 X0 Y0 R90\nX[#<_x>+5] Y0\n", "not read under G68"),
+        // On Haas a timer.
+        ("G21\nG0 X3 Y1 Z5\nX#5420\n", "write #<_x>"),
+        ("G21\nG0 X3 Y1 Z5\nIF [#5422 GT 100] GOTO 20\nX9\nN20 X5\n", "write #<_z>"),
+        ("G21\nG0 X3 Y1 Z5\nX#<_vmajor>\n", "assume: {\"_vmajor\": …}"),
+    ] {
+        let found = of(&[], text).unwrap_err();
+        assert!(found[0].what.contains(said), "{text}: {found:?}");
+    }
+    // The job may say the others, and these not.
+    let text = format!("{head}X[#<_vmajor>+#<_z>]\n");
+    let program = of(&[("_vmajor", 2.0), ("_z", 40.0)], &text).unwrap();
+    assert_ends(&program, &[('L', [3.0, 1.0, 5.0]), ('L', [7.0, 1.0, 5.0])]);
+    let told: Vec<&str> = program
+        .warnings
+        .iter()
+        .filter(|note| note.code == Code::Unused)
+        .map(|note| note.what.as_str())
+        .collect();
+    assert!(told.len() == 1 && told[0].contains("'_z'"), "{told:?}");
+}
