@@ -91,8 +91,18 @@ pub struct Configuration {
     pub shown: String,
     /// Where joints must be: index from base to tip, lowest and highest position, rad.
     pub joints: Vec<(usize, [f64; 2])>,
-    /// A name for where shoulder, elbow and wrist are: the same at all targets of one name.
-    pub sides: Option<Arc<str>>,
+    /// Where shoulder, elbow and wrist must be.
+    pub sides: Option<Sides>,
+}
+
+/// Where shoulder, elbow and wrist are, as a program names it: the same at all targets of one name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sides {
+    /// As the program has it.
+    pub name: String,
+    /// Whether shoulder and elbow are as they are where all joints are at zero, where the name says
+    /// so.
+    pub as_at_zero: [Option<bool>; 2],
 }
 
 /// What a command makes the spindle do.

@@ -2,11 +2,10 @@
 
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
-use std::sync::Arc;
 
 use super::timed_path::{Beside, Knots, Segment, shown_joints};
 use crate::model::{InverseKinematics, JointKind, Robot};
-use crate::motion::{Configuration, Move, Target};
+use crate::motion::{Configuration, Move, Sides, Target};
 use crate::notes::Code;
 
 /// Targets for which other joint positions are searched.
@@ -29,14 +28,17 @@ fn slack(lowest: f64, highest: f64) -> f64 {
 /// program has for it.
 #[derive(Debug, Default)]
 pub(super) struct KnownSides {
-    by_name: HashMap<Arc<str>, [Option<bool>; 3]>,
+    by_name: HashMap<String, [Option<bool>; 3]>,
 }
 
 impl KnownSides {
     /// A move has ended at `q`.
     pub(super) fn note(&mut self, kinematics: &InverseKinematics, a_move: &Move, q: &[f64]) {
-        let Some(name) = name_of(a_move) else { return };
-        let known = self.by_name.entry(Arc::clone(name)).or_default();
+        let Some(asked) = sides_of(a_move) else { return };
+        if !self.by_name.contains_key(&asked.name) {
+            self.by_name.insert(asked.name.clone(), [None; 3]);
+        }
+        let Some(known) = self.by_name.get_mut(&asked.name) else { return };
         for (known, own) in known.iter_mut().zip(kinematics.sides(q)) {
             *known = known.or(own);
         }
@@ -44,13 +46,14 @@ impl KnownSides {
 
     /// Where they are to be at the end of a move; `None` where that is not known.
     fn at(&self, a_move: &Move) -> [Option<bool>; 3] {
-        let known = name_of(a_move).and_then(|name| self.by_name.get(name));
+        let known = sides_of(a_move).and_then(|asked| self.by_name.get(&asked.name));
         known.copied().unwrap_or_default()
     }
 
-    /// Whether the nearest of some joint positions that reach the target of a move may turn the arm
-    /// over, and others may be meant: by what the program says it may have any shoulder and elbow.
-    pub(super) fn turns_over(
+    /// Whether other joint positions than the nearest of those that reach the target of a move may
+    /// be meant: no target before has told what its name means, and the nearest have another
+    /// shoulder or elbow than the name seems to say, or, where it says nothing, than before.
+    pub(super) fn are_open(
         &self,
         kinematics: &InverseKinematics,
         a_move: &Move,
@@ -60,20 +63,25 @@ impl KnownSides {
         /// Of an arm of which these are not known others are meant if they are not this many times
         /// as far.
         const FAR: f64 = 3.0;
-        let ([nearest, other, ..], Some(_)) = (found, name_of(a_move)) else { return false };
-        let is_known = self.at(a_move)[..2].iter().all(Option::is_some);
-        let [before, there] = [from, nearest].map(|q| kinematics.sides(q));
-        match before[..2].iter().zip(&there).all(|(a, b)| a.is_some() && b.is_some()) {
-            true => !is_known && before[..2] != there[..2],
-            false => {
-                let far = |q: &[f64]| q.iter().zip(from).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-                !is_known && far(other) < FAR * FAR * far(nearest)
-            }
+        let ([nearest, other, ..], Some(asked)) = (found, sides_of(a_move)) else { return false };
+        if self.at(a_move)[..2].iter().all(Option::is_some) {
+            return false;
         }
+        let zero = vec![0.0; from.len()];
+        let [before, there, zero] = [from, nearest, &zero].map(|q| kinematics.sides(q));
+        if before[..2].iter().chain(&there[..2]).any(Option::is_none) {
+            let far = |q: &[f64]| q.iter().zip(from).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            return far(other) < FAR * FAR * far(nearest);
+        }
+        let is_said = |at: usize| match (zero[at], asked.as_at_zero[at]) {
+            (Some(zero), Some(is_same)) => there[at] == Some(zero == is_same),
+            _ => there[at] == before[at],
+        };
+        !(is_said(0) && is_said(1))
     }
 }
 
-fn name_of(a_move: &Move) -> Option<&Arc<str>> {
+fn sides_of(a_move: &Move) -> Option<&Sides> {
     a_move.stated.configuration.as_ref()?.sides.as_ref()
 }
 

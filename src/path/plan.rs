@@ -74,7 +74,7 @@ impl<'a> Path<'a> {
         for (rank, start) in starts.iter().enumerate() {
             match Planner::new(robot, &kinematics, start).run(moves) {
                 Ok(planned) if rank == 0 || start_near.is_none() => {
-                    let Planner { knots, segments, turned_over, .. } = planned;
+                    let Planner { knots, segments, open_sides, .. } = planned;
                     let beside =
                         beside_configurations(robot, &kinematics, moves, &knots, &segments);
                     let found_start = (rank > 0).then(|| start.clone());
@@ -85,7 +85,7 @@ impl<'a> Path<'a> {
                         .map(|said| (first.line, Arc::clone(said), shown_joints(robot, start)));
                     let mut path = Self::assemble(robot, kinematics, knots, segments);
                     (path.found_start, path.beside) = (found_start, beside);
-                    (path.open_start, path.turned_over) = (open_start, turned_over);
+                    (path.open_start, path.open_sides) = (open_start, open_sides);
                     let choices = moves.iter().enumerate();
                     let choices = choices.filter(|(_, a_move)| leaves_choice(robot, a_move));
                     path.choices = choices.map(|(index, _)| index).collect();
@@ -269,8 +269,8 @@ struct Planner<'r> {
     /// Joint positions where the last line or arc ended, and on which side of the singularities.
     side_at: Option<(Vec<f64>, Option<bool>)>,
     sides: KnownSides,
-    /// See [`Path::turned_over`].
-    turned_over: Vec<(usize, usize, Arc<Configuration>)>,
+    /// See [`Path::open_sides`].
+    open_sides: Vec<(usize, usize, Arc<Configuration>)>,
     knots: Knots,
     segments: Vec<Segment>,
     /// What the fastest joint of each move turns or slides, summed up.
@@ -292,7 +292,7 @@ impl<'r> Planner<'r> {
             q: start.to_vec(),
             side_at: None,
             sides: KnownSides::default(),
-            turned_over: Vec::new(),
+            open_sides: Vec::new(),
             knots: Knots { time_s: vec![0.0], q: start.to_vec(), segment_of: Vec::new() },
             segments: Vec::new(),
             way_in_all: 0.0,
@@ -343,9 +343,9 @@ impl<'r> Planner<'r> {
                 let found = configured(robot, kinematics, next, &self.sides, solutions)?;
                 if let (Some(asked), true) = (
                     &next.stated.configuration,
-                    self.sides.turns_over(kinematics, next, &self.q, &found),
+                    self.sides.are_open(kinematics, next, &self.q, &found),
                 ) {
-                    self.turned_over.push((self.index, next.line, Arc::clone(asked)));
+                    self.open_sides.push((self.index, next.line, Arc::clone(asked)));
                 }
                 match found.into_iter().next() {
                     Some(q) => self.join(next, q),

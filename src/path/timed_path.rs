@@ -136,8 +136,8 @@ pub struct Path<'a> {
     pub(super) open_start: Option<(usize, Arc<str>, String)>,
     /// Targets that are reached beside the arm configurations that the program asks for.
     pub(super) beside: Vec<Beside>,
-    /// Moves on which the arm may turn over to what the program asks for: index and line.
-    pub(super) turned_over: Vec<(usize, usize, Arc<Configuration>)>,
+    /// Moves that may end with another shoulder or elbow than they do here: index and line.
+    pub(super) open_sides: Vec<(usize, usize, Arc<Configuration>)>,
     /// Moves to poses that leave the arm a choice: fewer joints fixed than there are.
     pub(super) choices: Vec<usize>,
     /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
@@ -173,7 +173,7 @@ impl<'a> Path<'a> {
             found_start: None,
             open_start: None,
             beside: Vec::new(),
-            turned_over: Vec::new(),
+            open_sides: Vec::new(),
             choices: Vec::new(),
             knots_s,
             knots_q: q,
@@ -189,8 +189,8 @@ impl<'a> Path<'a> {
         let stretch_start = stretch.start;
         let beside = self.beside.iter().filter(|target| stretch.contains(&target.index));
         let beside = beside.cloned().collect();
-        let turned_over = self.turned_over.iter().filter(|(index, ..)| stretch.contains(index));
-        let turned_over = turned_over.cloned().collect();
+        let open_sides = self.open_sides.iter().filter(|(index, ..)| stretch.contains(index));
+        let open_sides = open_sides.cloned().collect();
         // A stretch starts where the move before ends.
         let from = stretch.start.saturating_sub(1);
         let chosen = self.choices.iter().copied();
@@ -222,7 +222,7 @@ impl<'a> Path<'a> {
             found_start,
             open_start,
             beside,
-            turned_over,
+            open_sides,
             choices,
             ..Path::assemble(robot, self.kinematics.clone(), knots, own)
         }
@@ -246,11 +246,12 @@ impl<'a> Path<'a> {
         self.beside.iter().find(|target| target.is_open).map(|target| target.line)
     }
 
-    /// The line of the first joint move that ends with another shoulder or elbow than it began with
-    /// (on an arm without a spherical wrist: with others about as near), and the arm configuration
-    /// that the program asks for there, if no target before has told which joint positions that is.
-    pub fn turned_over(&self) -> Option<(usize, &str)> {
-        self.turned_over.first().map(|(_, line, asked)| (*line, &*asked.shown))
+    /// The line of the first joint move of which it is not known with which shoulder and elbow it
+    /// ends, and the arm configuration that the program asks for there: no target before has told
+    /// what that means, and the nearest joint positions have another shoulder or elbow than it
+    /// seems to say (on an arm without a spherical wrist: others are about as near).
+    pub fn open_sides(&self) -> Option<(usize, &str)> {
+        self.open_sides.first().map(|(_, line, asked)| (*line, &*asked.shown))
     }
 
     /// Whether the controller takes no joint positions beside what is asked for at any of these

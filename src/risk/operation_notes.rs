@@ -79,7 +79,7 @@ pub(super) fn on_operation(
             Note::warning(Code::ChangeIgnored, place, what),
         ));
     }
-    if let Some((line, asked)) = path.turned_over() {
+    if let Some((line, asked)) = path.open_sides() {
         let what = format!(
             "other joint positions reach the target, too, and which of them {asked} asks for is \
              not known: the nearest are taken; teach the position in joints"

@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 use std::sync::Arc;
 
 use detune::model::{InverseKinematics, Placement, Robot, forward_kinematics};
-use detune::motion::{Configuration, Move, Stated, Target, Timing, Turning, Work};
+use detune::motion::{Configuration, Move, Sides, Stated, Target, Timing, Turning, Work};
 use detune::notes::{Code, Note, Part};
 use detune::path::{MAX_GAP, MAX_STEP, Path, grid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -105,7 +105,14 @@ fn the_arm_configuration_of_a_program_is_kept_named_or_refused() {
 
 fn named(moves: &mut [Move], names: &[(usize, &str)]) {
     for &(index, name) in names {
-        let asked = Configuration { shown: name.into(), joints: vec![], sides: Some(name.into()) };
+        let is = |one, other| match name {
+            _ if name.contains(one) => Some(true),
+            _ if name.contains(other) => Some(false),
+            _ => None,
+        };
+        let sides =
+            Sides { name: name.into(), as_at_zero: [is("front", "back"), is("up", "down")] };
+        let asked = Configuration { shown: name.into(), joints: vec![], sides: Some(sides) };
         moves[index].stated =
             Arc::new(Stated { configuration: Some(asked.into()), ..Stated::default() });
     }
@@ -138,7 +145,7 @@ fn an_arm_that_keeps_its_configuration_does_not_reach_over_its_back() {
         let off = end(path).iter().zip(behind).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         off < 1e-9
     };
-    let other = |path: &Path| path.turned_over().map(|(line, name)| (line, name.to_owned()));
+    let other = |path: &Path| path.open_sides().map(|(line, name)| (line, name.to_owned()));
     let two = || vec![joints(before), reaching(&behind)];
     let free = plan(two(), &[], &before).unwrap();
     assert!(!is_behind(&free) && other(&free).is_none());
@@ -153,10 +160,18 @@ fn an_arm_that_keeps_its_configuration_does_not_reach_over_its_back() {
         let unknown = plan(from.to_vec(), &[(0, "NUT"), (2, "NUB")], &start).unwrap();
         assert_eq!(other(&unknown), Some((22, "NUB".to_owned())));
     }
-    // Near by no other is meant.
+    // Near by no other is meant, unless its name says so; at zero the wrist is in front and the elbow up.
     let near = [0.8, -0.7, -0.1, -1.5, 1.7, 0.0];
-    let near = plan(vec![joints(before), reaching(&near)], &[(1, "NUT")], &before).unwrap();
-    assert_eq!(other(&near), None);
+    for (name, is_open) in [
+        ("NUT", false),
+        ("up front", false),
+        ("down front", true),
+        ("up back", true),
+        ("up", false),
+    ] {
+        let near = plan(vec![joints(before), reaching(&near)], &[(1, name)], &before).unwrap();
+        assert_eq!(other(&near).is_some(), is_open, "{name}");
+    }
     // The elbow of the arm before would need axis 2 beyond its limit, or the other shoulder.
     let over = reaching(&[0.8, -1.2, -0.4, 0.0, 1.1, 0.0]);
     let refused = plan(vec![reaching(&before), over], &[(0, "NUT"), (1, "NUT")], &before);

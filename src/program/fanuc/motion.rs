@@ -1,7 +1,6 @@
 //! The motion statements of TP programs.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use nalgebra::{Isometry3, Translation3};
 
@@ -11,7 +10,7 @@ use super::run::{BEHIND_ERROR, Run, unstopped};
 use super::shifts::{Shift, unshifted};
 use super::text::{Group, Statement};
 use super::words::{has_option, split_action, starts_with, word};
-use crate::motion::{Configuration, Target, Turning};
+use crate::motion::{Configuration, Sides, Target, Turning};
 use crate::notes::Code;
 use crate::program::J3From;
 use crate::program::cell::without_own_frame;
@@ -310,8 +309,8 @@ impl Run<'_> {
     /// The arm configuration that the next move ends in: the letters that hold, and the joints that
     /// are known.
     fn configure(&mut self, config: Option<&str>, joints: Vec<(usize, [f64; 2])>) {
-        let sides = self.config.as_deref().map(Arc::from);
-        let shown = config.or(sides.as_deref()).map(|config| format!("CONFIG '{config}'"));
+        let sides = self.config.as_deref().map(sides);
+        let shown = config.or(self.config.as_deref()).map(|config| format!("CONFIG '{config}'"));
         let asked = shown.filter(|_| sides.is_some() || !joints.is_empty());
         self.log.configure(asked.map(|shown| Configuration { shown, joints, sides }));
     }
@@ -482,6 +481,16 @@ fn second_robot(axis: &str, group: &Group) -> Option<String> {
              matter"
         )
     })
+}
+
+/// What the letters of CONFIG say: at zero the wrist is in front (T, not B) and the elbow
+/// up (U, not D).
+fn sides(letters: &str) -> Sides {
+    let is = |one: &str, other: &str| {
+        let own = letters.split(' ').find(|letter| [one, other].contains(letter));
+        own.map(|letter| letter == one)
+    };
+    Sides { name: letters.to_owned(), as_at_zero: [is("T", "B"), is("U", "D")] }
 }
 
 /// The joints of the arm in which a line or an arc ends.

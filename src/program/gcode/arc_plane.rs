@@ -45,9 +45,11 @@ impl Machine<'_> {
         let Some(axis) = axis.filter(|_| !is_own_end) else { return Ok(own) };
         let across = u + v - axis;
         let other = [Plane::YZ, Plane::ZX, Plane::XY][across];
+        let stays = |axis: usize| (end[axis] - start[axis]).abs() <= ROUNDING_MM;
         let is_own_centre = block.word(CENTRES[w]).is_none_or(|word| word.value == 0.0);
         let is_named = match (beside_w(ends), beside_w(centres)) {
-            (Some(_), None) => block.has_any(&[RADIUS]),
+            // One that goes down may be a helix of that radius.
+            (Some(_), None) => block.has_any(&[RADIUS]) && stays(w),
             (Some(_), Some(_)) => true,
             _ => !is_own_centre,
         };
@@ -59,10 +61,9 @@ impl Machine<'_> {
                 return false;
             };
             let Plane([.., w]) = plane;
-            let is_flat = (end[w] - start[w]).abs() <= ROUNDING_MM;
             let turn = Rotation3::identity();
             let arc = Arc { start, end, plane, turn, clockwise, centre, more_turns: 0 };
-            (plane == own || is_flat) && pieces(&arc).is_ok()
+            (plane == own || stays(w)) && pieces(&arc).is_ok()
         };
         match (closes(other), closes(own)) {
             (true, false) => return Ok(other),

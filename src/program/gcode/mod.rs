@@ -84,7 +84,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
             line = index + 1;
         }
         machine.cutter.log.within(beside.unwrap_or_default());
-        if !is_sinumerik {
+        // They have names alone, `#<_x>`.
+        if !is_sinumerik && content.contains('<') {
             flow.parameters.predefined = machine.predefined();
         }
         let controls = flow.control(content, index);

@@ -1,7 +1,7 @@
 //! KUKA KRL and Fanuc TP: frames, partial positions, inline forms, registers; and robot programs
 //! rewritten.
 
-use detune::motion::{Target, Timing};
+use detune::motion::{Sides, Target, Timing};
 use detune::notes::{Code, Note};
 use detune::path::Path;
 use detune::program::{
@@ -481,7 +481,7 @@ fn frame_0_is_the_world_and_an_arm_that_turns_over_is_refused() {
 /// arm gets there; an increment has those that hold, and a position in joints has none.
 #[test]
 fn the_letters_of_config_name_the_arm_configuration() {
-    let named = |config: &str, motion: &str| -> Vec<Option<String>> {
+    let named = |config: &str, motion: &str| -> Vec<Option<Sides>> {
         let joints = "P[3]{\n GP1:\n UF : 1, UT : 1,\n J1= 0 deg, J2= 0 deg, J3= 0 deg, J4= 0 deg, J5= 9 deg, J6= 0 \
                       deg\n};\n";
         let first = tp_at(1, "1", "N U T, 0, 0, 0");
@@ -490,11 +490,14 @@ fn the_letters_of_config_name_the_arm_configuration() {
             format!("J P[1] 9% FINE ;\n{motion} ;\nJ P[3] 9% FINE ;\nJ P[2] 9% FINE ;\n");
         let program = tp_program(&statements, &positions, &tp_settings()).unwrap();
         let asked = program.moves.iter().map(|each| each.stated.configuration.as_ref());
-        asked.map(|asked| asked?.sides.as_deref().map(str::to_owned)).collect()
+        asked.map(|asked| asked?.sides.clone()).collect()
     };
-    let all = |last: &str| {
-        let nut = Some("N U T".to_owned());
-        [nut.clone(), nut, None, Some(last.to_owned())]
+    let sides = |name: &str, as_at_zero: bool| {
+        Some(Sides { name: name.to_owned(), as_at_zero: [Some(as_at_zero); 2] })
+    };
+    let all = |last: &str, as_at_zero: bool| {
+        let nut = sides("N U T", true);
+        [nut.clone(), nut, None, sides(last, as_at_zero)]
     };
     for (config, motion) in [
         ("N U T, 0, 0, 0", "J P[2] 9% FINE"),
@@ -502,9 +505,9 @@ fn the_letters_of_config_name_the_arm_configuration() {
         ("N U T, 0, 0, 0", "L P[2] 9mm/sec FINE"),
         ("N U T, 0, 0, 0", "J P[2] 9% FINE INC"),
     ] {
-        assert_eq!(named(config, motion), all("N U T"), "{config} {motion}");
+        assert_eq!(named(config, motion), all("N U T", true), "{config} {motion}");
     }
-    assert_eq!(named("F D B, 0, 0, 0", "J P[2] 9% FINE INC"), all("F D B"));
+    assert_eq!(named("F D B, 0, 0, 0", "J P[2] 9% FINE INC"), all("F D B", false));
 }
 
 #[test]

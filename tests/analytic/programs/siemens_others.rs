@@ -49,6 +49,8 @@ fn axes_of_the_end_name_the_plane_of_an_arc() {
     }
     for (text, count) in [
         ("G2 X12 Z-1 I6\n", 0),
+        // It closes in X/Z, too.
+        ("G2 X12 Z-1 CR=9\n", 1),
         ("G2 X12 Z-1 I6 J0\n", 0),
         ("G2 X12 Y0 Z-1 I6 J0\n", 0),
         ("G2 X12 Y0 Z-1 CR=6\n", 0),
