@@ -6,7 +6,7 @@
 //! parameters with confidence intervals, ISMA 1998); the inverse of its normal matrix is the
 //! Cramér–Rao bound, so the stated standard deviations are those of an efficient estimator.
 
-use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
+use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView, Matrix2};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::block::{Block, C64, Pole};
@@ -102,7 +102,7 @@ pub(super) fn parameters_of(poles: &[Pole]) -> (Vec<usize>, usize) {
 }
 
 /// The two real columns of one contribution, u = b + b̃ and v = i(b − b̃), so that residue x + iy
-/// gives x·u + y·v; and the derivatives of that sum by both parts of each parameter of the pole.
+/// gives x·u + y·v; and s and t, the same of the derivatives by each parameter of the pole.
 struct Pair {
     columns: [Vec<C64>; 2],
     slopes: Vec<[Vec<C64>; 2]>,
@@ -119,17 +119,6 @@ impl Pair {
             ]
         };
         Self { columns: sums(&of.value), slopes: of.slopes.iter().map(sums).collect() }
-    }
-
-    /// Change of x·u + y·v with the real part of each parameter, then with its imaginary part.
-    fn changes(&self, x: f64, y: f64) -> Vec<Vec<C64>> {
-        let by_parameter = |[sum, turned]: &[Vec<C64>; 2]| {
-            let mix = |a: f64, b: f64| -> Vec<C64> {
-                sum.iter().zip(turned).map(|(s, t)| s * a + t * b).collect()
-            };
-            [mix(x, y), mix(-y, x)]
-        };
-        self.slopes.iter().flat_map(by_parameter).collect()
     }
 }
 
@@ -171,13 +160,14 @@ pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Optio
         if !poles.iter().all(|pole| pole.lambda.im > 0.0 && block.admits(pole)) {
             return None;
         }
-        let pairs: Vec<Vec<Pair>> = poles.iter().map(|pole| pairs_of(block, pole)).collect();
+        let pairs: Vec<Vec<Pair>> = poles.par_iter().map(|pole| pairs_of(block, pole)).collect();
         let background = block.background();
         let of_response = |(response, variances): (usize, &Vec<f64>)| {
             let weights = weights(variances);
             let columns = pairs.iter().flatten().flat_map(|pair| &pair.columns);
             let projection = Projection::of(matrix(columns.chain(&background), &weights));
-            Share::new(block, (at, response), poles, &pairs, projection, &weights)
+            let residual = rows(&block.spectra[response], &weights);
+            Share::new((at, response), poles, &pairs, projection, &weights, residual)
         };
         // In order, so that sums are the same however many threads there are.
         let shares: Vec<Share> = noise[at].par_iter().enumerate().map(of_response).collect();
@@ -212,61 +202,62 @@ impl Evaluation {
 }
 
 impl Share {
+    /// Of a weighted spectrum.
     fn new(
-        block: &Block,
-        (at, response): (usize, usize),
+        (block, response): (usize, usize),
         poles: &[Pole],
         pairs: &[Vec<Pair>],
         projection: Projection,
         weights: &[f64],
+        mut residual: Vec<f64>,
     ) -> Self {
-        let mut residual = rows(&block.spectra[response], weights);
-        let whole = DMatrixView::from_slice(&residual, residual.len(), 1);
-        let factors = projection.back(projection.shares(whole).as_slice());
-        projection.remove(&mut residual);
+        let whole = projection.shares(DMatrixView::from_slice(&residual, residual.len(), 1));
+        let factors = projection.back(whole.as_slice());
+        projection.remove_shares(&mut residual, whole.as_slice());
         // Of each change D only what lies outside the span Q of the columns counts:
-        // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
-        let changes = changes(block, poles, pairs, &factors, weights);
-        let shares = projection.shares(changes.as_view());
-        let normal = products(&changes) - products(&shares);
-        let gradient = changes.column_iter().map(|change| dot(change.as_slice(), &residual));
-        let gradient = DVector::from_iterator(changes.ncols(), gradient);
+        // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it. D = S·M.
+        let (slopes, mixing) = changes(poles, pairs, &factors, weights);
+        let shares = projection.shares(slopes.as_view());
+        let normal = mixing.tr_mul(&(products(&slopes) - products(&shares))) * &mixing;
+        let along = slopes.column_iter().map(|slope| dot(slope.as_slice(), &residual));
+        let gradient = mixing.tr_mul(&DVector::from_iterator(slopes.ncols(), along));
         let back = |shares: DVectorView<f64>| {
             projection.back(shares.as_slice()).iter().map(|f| -f).collect()
         };
-        let sensitivities = shares.column_iter().map(back).collect();
+        let sensitivities = (shares * mixing).column_iter().map(back).collect();
         let sum_of_squares = dot(&residual, &residual);
-        let part =
-            Part { block: at, response, projection, factors, sensitivities, residual, gradient };
+        let part = Part { block, response, projection, factors, sensitivities, residual, gradient };
         Self { part, sum_of_squares, normal }
     }
 }
 
-/// Change of a weighted spectrum with both parts of each parameter of each pole in turn.
+/// S and M of the changes S·M of a weighted spectrum with both parts of each parameter of each pole
+/// in turn: of the slopes s and t of each pair, by residue x + iy, x·s + y·t with the real part and
+/// x·t − y·s with the imaginary part.
 fn changes(
-    block: &Block,
     poles: &[Pole],
     pairs: &[Vec<Pair>],
     factors: &[f64],
     weights: &[f64],
-) -> DMatrix<f64> {
-    let of_pole = |((pairs, pole), (first, _)): ((&Vec<Pair>, &Pole), (usize, bool))| {
-        changes_of(pairs, pole, &factors[first..], weights.len())
-    };
-    let poles = pairs.iter().zip(poles).zip(block.columns_of(poles));
-    matrix(poles.flat_map(of_pole).collect::<Vec<_>>().iter(), weights)
-}
-
-/// Change of a pole's share of a spectrum with both parts of each of its parameters; `factors` are
-/// those of its columns.
-fn changes_of(pairs: &[Pair], pole: &Pole, factors: &[f64], lines: usize) -> Vec<Vec<C64>> {
-    let mut changes = vec![vec![C64::default(); lines]; 2 * pole.parameters()];
-    for (pair, factors) in pairs.iter().zip(factors.chunks_exact(2)) {
-        for (sum, new) in changes.iter_mut().zip(&pair.changes(factors[0], factors[1])) {
-            sum.iter_mut().zip(new).for_each(|(sum, new)| *sum += new);
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (firsts, count) = parameters_of(poles);
+    let mut slopes: Vec<&Vec<C64>> = Vec::new();
+    let mut places = Vec::new();
+    let mut residues = factors.chunks_exact(2);
+    for ((pole, pairs), first) in poles.iter().zip(pairs).zip(firsts) {
+        for (pair, residue) in pairs.iter().zip(&mut residues) {
+            for (at, of) in pair.slopes.iter().enumerate().take(pole.parameters()) {
+                places.push((slopes.len(), first + 2 * at, residue));
+                slopes.extend(of);
+            }
         }
     }
-    changes
+    let mut mixing = DMatrix::zeros(slopes.len(), count);
+    for (row, column, residue) in places {
+        let (x, y) = (residue[0], residue[1]);
+        mixing.fixed_view_mut::<2, 2>(row, column).copy_from(&Matrix2::new(x, -y, y, x));
+    }
+    (matrix(slopes.into_iter(), weights), mixing)
 }
 
 /// Poles and the fit at them.
@@ -380,9 +371,10 @@ impl Fit {
         let block = &blocks[part.block];
         let pairs: Vec<Vec<Pair>> = self.poles.iter().map(|pole| pairs_of(block, pole)).collect();
         let weights = weights(&self.noise[part.block][part.response]);
-        let changes = changes(block, &self.poles, &pairs, &part.factors, &weights);
-        let shares = part.projection.shares(changes.as_view());
-        changes - part.projection.span() * shares
+        let (slopes, mixing) = changes(&self.poles, &pairs, &part.factors, &weights);
+        let mut changes = slopes * mixing;
+        part.projection.remove_from_all(&mut changes);
+        changes
     }
 
     /// Powers of the residual in the unit of the spectrum, and the fraction of noise that the fit

@@ -327,7 +327,7 @@ impl Band {
             }
         }
         let inner = span.transpose() * &applied;
-        let twice = span * inner - &applied * 2.0;
+        let twice = &*span * inner - &applied * 2.0;
         let row = |row: usize| span.row(row).dot(&twice.row(row));
         (0..lines).map(|k| self.0[k][0].0.re + row(k) + row(lines + k)).collect()
     }

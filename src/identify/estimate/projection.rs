@@ -4,16 +4,52 @@
 //! modified Gram–Schmidt, twice where much is lost (Björck, Numerical Methods for Least Squares
 //! Problems, §2.4.5).
 
-use nalgebra::{Const, DMatrix, DMatrixView, DMatrixViewMut, Dyn, MatrixView};
+use std::borrow::Cow;
 
-/// Orthonormal columns that span the given ones.
+use nalgebra::{Const, DMatrix, DMatrixView, DMatrixViewMut, DVectorView, Dyn, MatrixView};
+
+/// Orthonormal columns Q that span the given ones.
 #[derive(Debug, Clone)]
 pub(super) struct Projection {
-    /// One column for each that was given, rows × columns; zero where it depends on those before
-    /// it.
-    q: DMatrix<f64>,
-    /// Upper triangle, columns × columns.
+    /// Q, or columns near it: one for each that was given, rows × columns; zero where it depends on
+    /// those before it.
+    near: DMatrix<f64>,
+    /// Upper triangle U, columns × columns, of Q = `near`·U; Q itself is not needed, as nothing is
+    /// lost where U is applied to products with `near`.
+    last: Option<DMatrix<f64>>,
+    /// Upper triangle, columns × columns: the given columns are Q·R.
     r: DMatrix<f64>,
+}
+
+/// One step towards orthonormal columns: those of A are Q·R.
+struct Step {
+    r: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+    /// What rounding leaves of the columns of A·R⁻¹ in one another.
+    lost: f64,
+}
+
+impl Step {
+    /// `None` where the columns are nearly dependent.
+    fn of(columns: &DMatrix<f64>) -> Option<Self> {
+        /// What each column, of length one, has beside those before it: with less, digits are lost.
+        const INDEPENDENT: f64 = 1e-6;
+        let mut gram = products(columns);
+        let norms = gram.diagonal().map(f64::sqrt);
+        gram.column_iter_mut().zip(&norms).for_each(|(mut column, norm)| column /= *norm);
+        gram.row_iter_mut().zip(&norms).for_each(|(mut row, norm)| row /= *norm);
+        let upper = gram.cholesky()?.l().transpose();
+        // Not less, so that what is no number fails, too.
+        if !upper.diagonal().iter().all(|left| *left > INDEPENDENT) {
+            return None;
+        }
+        let identity = DMatrix::identity(upper.nrows(), upper.ncols());
+        let mut inverse = upper.solve_upper_triangular(&identity)?;
+        // It grows with the square of R⁻¹.
+        let lost = f64::EPSILON * inverse.norm_squared();
+        inverse.row_iter_mut().zip(&norms).for_each(|(mut row, norm)| row /= *norm);
+        Some(Self { r: upper * DMatrix::from_diagonal(&norms), inverse, lost })
+    }
 }
 
 /// Sums that run side by side, so that the processor need not wait for each.
@@ -96,42 +132,23 @@ impl Projection {
     pub(super) fn of(columns: DMatrix<f64>) -> Self {
         /// From so many columns on products of matrices are faster.
         const MIN_COLUMNS: usize = 4;
-        let by_products = (columns.ncols() >= MIN_COLUMNS).then(|| Self::by_products(&columns));
-        by_products.flatten().unwrap_or_else(|| Self::one_by_one(columns))
+        if columns.ncols() < MIN_COLUMNS {
+            return Self::one_by_one(columns);
+        }
+        Self::by_products(columns).unwrap_or_else(Self::one_by_one)
     }
 
-    /// `None` where the columns are nearly dependent.
-    fn by_products(columns: &DMatrix<f64>) -> Option<Self> {
-        /// What each column, of length one, has beside those before it: with less, digits are lost.
-        const INDEPENDENT: f64 = 1e-6;
+    /// The columns themselves where they are nearly dependent.
+    fn by_products(columns: DMatrix<f64>) -> Result<Self, DMatrix<f64>> {
         /// What is left of columns in one another is as nothing, and once is enough.
         const ORTHOGONAL: f64 = 1e-12;
-        let count = columns.ncols();
-        let mut q: Option<DMatrix<f64>> = None;
-        let mut r = DMatrix::identity(count, count);
-        for _ in 0..2 {
-            let given = q.as_ref().unwrap_or(columns);
-            let mut gram = products(given);
-            let norms = gram.diagonal().map(f64::sqrt);
-            gram.column_iter_mut().zip(&norms).for_each(|(mut column, norm)| column /= *norm);
-            gram.row_iter_mut().zip(&norms).for_each(|(mut row, norm)| row /= *norm);
-            let upper = gram.cholesky()?.l().transpose();
-            // Not less, so that what is no number fails, too.
-            if !upper.diagonal().iter().all(|left| *left > INDEPENDENT) {
-                return None;
-            }
-            let mut inverse = upper.solve_upper_triangular(&DMatrix::identity(count, count))?;
-            // What rounding leaves of the columns in one another grows with the square of R⁻¹.
-            let lost = f64::EPSILON * inverse.norm_squared();
-            inverse.row_iter_mut().zip(&norms).for_each(|(mut row, norm)| row /= *norm);
-            q = Some(times_triangle(given, &inverse));
-            r = upper * DMatrix::from_diagonal(&norms) * r;
-            if lost < ORTHOGONAL {
-                break;
-            }
+        let Some(first) = Step::of(&columns) else { return Err(columns) };
+        if first.lost < ORTHOGONAL {
+            return Ok(Self { near: columns, last: Some(first.inverse), r: first.r });
         }
-        let q = q?;
-        Some(Self { q, r })
+        let near = times_triangle(&columns, &first.inverse);
+        let Some(second) = Step::of(&near) else { return Err(columns) };
+        Ok(Self { near, last: Some(second.inverse), r: second.r * first.r })
     }
 
     fn one_by_one(mut q: DMatrix<f64>) -> Self {
@@ -162,28 +179,36 @@ impl Projection {
                 column.fill(0.0);
             }
         }
-        Self { q, r }
+        Self { near: q, last: None, r }
     }
 
     /// What of `column` lies outside of the span; in place.
     pub(super) fn remove(&self, column: &mut [f64]) {
-        for q in self.q.column_iter() {
-            let share = dot(q.as_slice(), column);
-            subtract(column, share, q.as_slice());
+        let shares = self.shares(DMatrixView::from_slice(column, column.len(), 1));
+        self.remove_shares(column, shares.as_slice());
+    }
+
+    /// A column without its shares in the orthonormal ones; in place.
+    pub(super) fn remove_shares(&self, column: &mut [f64], shares: &[f64]) {
+        let shares = DVectorView::from_slice(shares, shares.len());
+        let factors = self.last.as_ref().map_or_else(|| shares.into_owned(), |last| last * shares);
+        for (near, factor) in self.near.column_iter().zip(&factors) {
+            subtract(column, *factor, near.as_slice());
         }
     }
 
     /// What of each column lies outside of the span; in place.
     pub(super) fn remove_from_all(&self, columns: &mut DMatrix<f64>) {
         let shares = self.shares(columns.as_view());
-        columns.gemm(-1.0, &self.q, &shares, 1.0);
+        let factors = self.last.as_ref().map_or_else(|| shares.clone(), |last| last * &shares);
+        columns.gemm(-1.0, &self.near, &factors, 1.0);
     }
 
     /// The share of each target (rows × targets) in each orthonormal column, columns × targets.
     pub(super) fn shares(&self, targets: DMatrixView<f64>) -> DMatrix<f64> {
-        let mut shares = DMatrix::zeros(self.q.ncols(), targets.ncols());
-        transposed_times(&self.q, targets, shares.as_view_mut());
-        shares
+        let mut shares = DMatrix::zeros(self.near.ncols(), targets.ncols());
+        transposed_times(&self.near, targets, shares.as_view_mut());
+        self.last.as_ref().map_or_else(|| shares.clone(), |last| last.tr_mul(&shares))
     }
 
     /// R⁻¹ · shares: the factors of the columns whose sum is nearest to what has these shares; zero
@@ -212,14 +237,17 @@ impl Projection {
     }
 
     /// Orthonormal columns that span what is projected on.
-    pub(super) fn span(&self) -> &DMatrix<f64> {
-        &self.q
+    pub(super) fn span(&self) -> Cow<'_, DMatrix<f64>> {
+        match &self.last {
+            Some(last) => Cow::Owned(times_triangle(&self.near, last)),
+            None => Cow::Borrowed(&self.near),
+        }
     }
 
     /// Leverage of each of so many rows: the fraction of its noise that the columns absorb.
     pub(super) fn leverages(&self, rows: usize) -> Vec<f64> {
         let mut sums = vec![0.0; rows];
-        for q in self.q.column_iter() {
+        for q in self.span().column_iter() {
             sums.iter_mut().zip(q.iter()).for_each(|(sum, q)| *sum += q * q);
         }
         sums
@@ -247,11 +275,11 @@ mod tests {
         let target = column(ROWS, |x| (9.0 * x).sin() + x);
         let matrix =
             |columns: &[Vec<f64>]| DMatrix::from_vec(ROWS, columns.len(), columns.concat());
-        let fast = Projection::by_products(&matrix(&given)).unwrap();
+        let fast = Projection::by_products(matrix(&given)).unwrap();
         let slow = Projection::one_by_one(matrix(&given));
         let mut dependent = given.clone();
         dependent.push(given[2].iter().zip(&given[5]).map(|(a, b)| 2.0 * a - b).collect());
-        assert!(Projection::by_products(&matrix(&dependent)).is_none());
+        assert!(Projection::by_products(matrix(&dependent)).is_err());
         let more = Projection::of(matrix(&dependent));
         let factors = |of: &Projection| {
             of.back(of.shares(DMatrixView::from_slice(&target, ROWS, 1)).as_slice())
@@ -294,8 +322,9 @@ mod tests {
         for of in [Projection::one_by_one(given.clone()), Projection::of(given.clone())] {
             let is_own = |i: usize| f64::from(u8::from(of.r[(i, i)] > 0.0));
             let unit = DMatrix::from_fn(COUNT, COUNT, |i, j| if i == j { is_own(i) } else { 0.0 });
-            assert!((products(&of.q) - &unit).amax() < 1e-12);
-            assert!((&of.q * &of.r - &given).amax() < 1e-8);
+            let q = of.span();
+            assert!((products(&q) - &unit).amax() < 1e-12);
+            assert!((&*q * &of.r - &given).amax() < 1e-8);
             assert_eq!(unit.trace(), (COUNT - 1) as f64);
         }
         let upper = given.rows(0, COUNT).upper_triangle();

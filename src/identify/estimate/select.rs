@@ -4,6 +4,7 @@
 //! what shows a close pair.
 
 use nalgebra::{Complex, DMatrix, DVector, DVectorView};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::bands::Band;
 use super::block::{Block, Pole};
@@ -287,6 +288,8 @@ fn tones(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
 fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> {
     /// Largest damping ratio of a steady tone.
     const MAX_TONE_DAMPING: f64 = 1e-3;
+    /// Trials.
+    const MOST: usize = 4;
     let reaches = reaches(blocks, &fit.poles);
     let is_drift = |pole: &Pole| reaches.iter().any(|reach| reach.holds(pole));
     candidates.retain(|pole| in_band(blocks, pole) && !is_drift(pole));
@@ -298,11 +301,14 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     // A pole beside another one that is the same mode would only be merged with it.
     let is_split =
         |trial: &Fit| of_one_mode(blocks, trial).is_some() && of_one_mode(blocks, fit).is_none();
-    for (_, pole) in distinct(blocks, ranked).into_iter().take(4) {
-        if !has_room(blocks, &[&fit.poles[..], &[pole]].concat()) {
-            return None;
-        }
-        let Some((gain, poles)) = tried(blocks, fit, pole, is_split) else { continue };
+    let mut candidates = distinct(blocks, ranked);
+    candidates.truncate(MOST);
+    if candidates.iter().any(|(_, pole)| !has_room(blocks, &[&fit.poles[..], &[*pole]].concat())) {
+        return None;
+    }
+    let trial = |(_, pole): (f64, Pole)| Some((pole, tried(blocks, fit, pole, is_split)?));
+    let trials: Vec<_> = candidates.into_par_iter().map(trial).collect();
+    for (pole, (gain, poles)) in trials.into_iter().flatten() {
         // A tone that decays is a mode.
         let is_mistaken = poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MAX_TONE_DAMPING);
         let is_better = best.as_ref().is_none_or(|(most, _)| gain > *most);
