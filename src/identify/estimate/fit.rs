@@ -36,7 +36,7 @@ impl Effort {
 }
 
 /// For the decision whether a pole is significant.
-pub(super) const NORMAL: Effort = Effort { steps: 30, negligible: 1e-3 };
+pub(super) const NORMAL: Effort = Effort { steps: 30, negligible: 1e-2 };
 
 /// For what is reported.
 pub(super) const FULL: Effort = Effort { steps: 60, negligible: 1e-8 };
@@ -287,11 +287,13 @@ impl Fit {
         /// Steps over all lines where those that stayed have led to the least already: a hundredth
         /// of a deviation is left.
         const LAST: usize = 3;
+        /// Less is lost between the lines that stay.
+        const NEGLIGIBLE: f64 = 1e-4;
         let (mut poles, mut left) = (poles, effort);
         for _ in 0..THINNINGS {
             let Some(thinned) = Thinned::of(blocks, &noise, &poles) else { break };
             let fit = Self::at(&thinned.blocks, thinned.noise, poles.clone())?;
-            let moved = fit.descended(&thinned.blocks, effort).poles;
+            let moved = fit.descended(&thinned.blocks, effort.for_gains_of(NEGLIGIBLE)).poles;
             let is_near = |(old, new): (&Pole, &Pole)| {
                 (old.lambda - new.lambda).norm() < old.lambda.re.abs().min(new.lambda.re.abs())
             };
