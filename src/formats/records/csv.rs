@@ -39,11 +39,11 @@ pub(super) fn read(path: &Path, named: Option<&str>) -> Result<Recording, Vec<No
         notes.error(Code::TooLittleData, None, what);
     }
     if notes.errors() == 0 && time.is_none() {
+        let header_line = Some(header_line);
         let table = Columns { titles: &header, values: &columns, header_line };
         if let Some(functions) = functions(&table, &mut notes) {
             let is_sound = notes.errors() == 0;
             let warnings = notes.finish();
-            let header_line = Some(header_line);
             let is_titled = true;
             return if is_sound {
                 let warnings = warnings.1;

@@ -2,7 +2,9 @@
 //! without compression, in either order of bytes. A variable that is a vector is a channel of its
 //! name; of a matrix of samples × channels each column is one (`acc_1`, `acc_2`, …). A variable `t`
 //! or `time`, with its unit if it has one (`t_ms`), is time; a single value `fs` is the sampling
-//! rate. What is no channel is told.
+//! rate, `dt` the time between samples in seconds. Where there is no time, but frequencies (`f`,
+//! `freq_hz`), complex variables are frequency responses, as are pairs of `tip_re` and `tip_im` and
+//! whatever else a table may have. What is no channel is told.
 //!
 //! Not by the crate matfile 0.5: a file that is cut off is read as far as it goes without a word,
 //! compressed variables are unpacked without a limit, dimensions are multiplied until they
@@ -14,7 +16,8 @@ use std::path::Path;
 
 use self::elements::{Kind, Variable, variables};
 use super::clock::{Clock, clock, time_among};
-use super::{Channel, Label, MAX_RECORD_BYTES, MIN_SAMPLES, Recording};
+use super::responses::{Columns, frequency, functions};
+use super::{Channel, Function, Label, MAX_RECORD_BYTES, MIN_SAMPLES, Recording};
 use crate::formats::text::read_bytes;
 use crate::notes::{Code, Note, Notes, Place};
 
@@ -23,6 +26,9 @@ const MAX_TOLD: usize = 8;
 
 /// What a variable with one value is called that is samples per second.
 const RATES: [&str; 2] = ["fs", "sample_rate_hz"];
+
+/// What a variable with one value is called that is seconds between samples.
+const STEPS: [&str; 2] = ["dt", "dt_s"];
 
 /// `named` is the variable that is time, where the session says so.
 pub(super) fn read(path: &Path, named: Option<&str>) -> Result<Recording, Vec<Note>> {
@@ -41,6 +47,8 @@ struct Column {
     name: String,
     variable: String,
     values: Vec<f64>,
+    /// Imaginary parts of complex ones.
+    imaginary: Option<Vec<f64>>,
 }
 
 fn recording(found: Vec<Variable>, named: Option<&str>, notes: &mut Notes) -> Recording {
@@ -48,8 +56,10 @@ fn recording(found: Vec<Variable>, named: Option<&str>, notes: &mut Notes) -> Re
     let mut others: Vec<String> = Vec::new();
     let mut columns: Vec<Column> = Vec::new();
     for Variable { name, kind } in found {
-        let (rows, wide, values) = match kind {
-            Kind::Numbers { rows, columns, values } => (rows, columns, values),
+        let (rows, wide, values, imaginary) = match kind {
+            Kind::Numbers { rows, columns, values, imaginary } => {
+                (rows, columns, values, imaginary)
+            }
             Kind::Other(what) => {
                 others.push(format!("{name} ({what})"));
                 continue;
@@ -60,15 +70,29 @@ fn recording(found: Vec<Variable>, named: Option<&str>, notes: &mut Notes) -> Re
             (1, 1) if RATES.contains(&name.to_lowercase().as_str()) => {
                 sample_rate_hz = values.first().copied();
             }
+            (1, 1) if STEPS.contains(&name.to_lowercase().as_str()) => {
+                sample_rate_hz = values.first().map(|step| step.recip());
+            }
             (1, 1) => others.push(format!("{name} (a single value)")),
-            (1, _) | (_, 1) => columns.push(Column { variable: name.clone(), name, values }),
-            _ if wide > rows => others.push(format!(
-                "{name} ({rows} × {wide}, must be samples × channels; save it transposed)"
-            )),
-            _ => columns.extend(values.chunks_exact(rows).enumerate().map(|(at, values)| Column {
-                name: format!("{name}_{}", at + 1),
-                variable: name.clone(),
-                values: values.to_vec(),
+            (1, _) | (_, 1) => {
+                columns.push(Column { variable: name.clone(), name, values, imaginary });
+            }
+            _ if wide > rows => {
+                let wanted = match imaginary {
+                    Some(_) => "lines × responses",
+                    None => "samples × channels",
+                };
+                let what = format!("{rows} × {wide}, must be {wanted}; save it transposed");
+                others.push(format!("{name} ({what})"));
+            }
+            _ => columns.extend((0..wide).map(|at| {
+                let own = |all: &Vec<f64>| all[at * rows..(at + 1) * rows].to_vec();
+                Column {
+                    name: format!("{name}_{}", at + 1),
+                    variable: name.clone(),
+                    values: own(&values),
+                    imaginary: imaginary.as_ref().map(own),
+                }
             })),
         }
     }
@@ -76,6 +100,18 @@ fn recording(found: Vec<Variable>, named: Option<&str>, notes: &mut Notes) -> Re
     if let Some(twice) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
         notes.error(Code::Conflict, None, format!("two channels are called '{}'", twice.1));
     }
+    if time_among(&names, named).is_none()
+        && let Some(responses) = responses(&columns, &mut others, notes)
+    {
+        if notes.errors() == 0 && !others.is_empty() {
+            let what = format!("is read without {}: no responses", told(&others));
+            notes.warning(Code::Unused, None, what);
+        }
+        return Recording { functions: responses, is_titled: true, ..Recording::default() };
+    }
+    let is_complex = |column: &mut Column| column.imaginary.is_some();
+    others.extend(columns.extract_if(.., is_complex).map(|own| format!("{} (complex)", own.name)));
+    let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
     let time = time_among(&names, named);
     let samples = match time {
         Some((at, _)) => columns[at].values.len(),
@@ -84,7 +120,7 @@ fn recording(found: Vec<Variable>, named: Option<&str>, notes: &mut Notes) -> Re
     let is_time = |at: usize| time.is_some_and(|(time, _)| time == at);
     let mut channels = Vec::new();
     let (mut times, mut name_of_time) = (None, None);
-    for (at, Column { name, variable, values }) in columns.into_iter().enumerate() {
+    for (at, Column { name, variable, values, .. }) in columns.into_iter().enumerate() {
         if values.len() != samples {
             others.push(format!("{name} ({} samples, not {samples})", values.len()));
             continue;
@@ -136,6 +172,44 @@ fn recording(found: Vec<Variable>, named: Option<&str>, notes: &mut Notes) -> Re
         is_titled: true,
         ..Recording::default()
     }
+}
+
+/// The frequency responses; `None` where there are no frequencies, or nothing else of their length.
+fn responses(
+    columns: &[Column],
+    others: &mut Vec<String>,
+    notes: &mut Notes,
+) -> Option<Vec<Function>> {
+    let of_lines =
+        columns.iter().find(|own| own.imaginary.is_none() && frequency(&own.name).is_some())?;
+    let lines = of_lines.values.len();
+    let (mut titles, mut values) = (Vec::new(), Vec::new());
+    let mut left = Vec::new();
+    for Column { name, values: own, imaginary, .. } in columns {
+        if own.len() != lines {
+            left.push(format!("{name} ({} values, not {lines})", own.len()));
+            continue;
+        }
+        let parts = match imaginary {
+            Some(imaginary) => vec![(format!("{name}_re"), own), (format!("{name}_im"), imaginary)],
+            None => vec![(name.clone(), own)],
+        };
+        for (title, own) in parts {
+            if let Some(bad) = own.iter().position(|value| !value.is_finite()) {
+                notes.error(Code::Value, None, format!("{name}: value {} is not finite", bad + 1));
+            }
+            titles.push(title);
+            values.push(own.clone());
+        }
+    }
+    let table = Columns { titles: &titles, values: &values, header_line: None };
+    let found = functions(&table, notes)?;
+    if lines < MIN_SAMPLES {
+        let what = format!("has {lines} lines, must have at least {MIN_SAMPLES}");
+        notes.error(Code::TooLittleData, None, what);
+    }
+    others.extend(left);
+    Some(found)
 }
 
 fn told(others: &[String]) -> String {

@@ -50,7 +50,7 @@ pub(crate) struct Function {
     pub(crate) reference: String,
     pub(crate) frequencies_hz: Vec<f64>,
     pub(crate) values: Vec<Complex<f64>>,
-    /// Line where its data set starts.
+    /// Line where its data set starts; 0 where the file has no lines.
     pub(crate) line: usize,
 }
 

@@ -8,11 +8,11 @@ use super::{Function, Label};
 use crate::notes::{Code, Notes};
 use crate::units::{hz_from_khz, hz_from_rad_per_s, rad_from_deg};
 
-/// The columns of a table, and the line of its header.
+/// The columns of a table, and the line of its header where it has one.
 pub(super) struct Columns<'t> {
     pub(super) titles: &'t [String],
     pub(super) values: &'t [Vec<f64>],
-    pub(super) header_line: usize,
+    pub(super) header_line: Option<usize>,
 }
 
 /// What a column is of a response.
@@ -119,7 +119,7 @@ pub(super) fn functions(table: &Columns<'_>, notes: &mut Notes) -> Option<Vec<Fu
             reference: String::new(),
             frequencies_hz: frequencies_hz.clone(),
             values,
-            line,
+            line: line.unwrap_or_default(),
         });
     }
     Some(functions)

@@ -29,6 +29,27 @@ savemat(HERE / "clock.mat", {"stamp_ms": 5.0 * K, "x_mm": 0.5 * K})
 savemat(HERE / "level_4.mat", {"y": K * 1.0}, format="4")
 savemat(HERE / "structure.mat", {"rig": {"x": K}})
 savemat(HERE / "not_finite.mat", {"y": np.where(K == 3, np.nan, K)})
+savemat(HERE / "step.mat", {"dt": 0.0078125, "y": K * 1.0})
+
+# Responses of a mode of 12 Hz and 2 % of damping: one alone, two as a matrix, one in two parts.
+LINES = np.arange(64) * 0.5
+MODE = 1 / (12**2 - LINES**2 + 2j * 0.02 * 12 * LINES)
+savemat(
+    HERE / "responses.mat",
+    {
+        "freq_hz": LINES.reshape(-1, 1),
+        "tip": MODE,
+        "H": np.stack([0.5 * MODE, -2j * MODE], axis=1),
+        "elbow_re": MODE.real,
+        "elbow_im": MODE.imag,
+        "fs": 64.0,
+        "window": np.ones(7),
+        "wide": np.zeros((2, 64)) * 1j,
+        "coh_tip": np.ones(64),
+    },
+    do_compression=True,
+)
+savemat(HERE / "few_lines.mat", {"f": K[:4] * 1.0, "y": K[:4] * 1j})
 
 # A free decay of 12 Hz with 2 % of damping in two channels.
 TIME = np.arange(600) / 200

@@ -46,7 +46,13 @@ pub(super) struct Variable {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {
     /// Column after column.
-    Numbers { rows: usize, columns: usize, values: Vec<f64> },
+    Numbers {
+        rows: usize,
+        columns: usize,
+        values: Vec<f64>,
+        /// Imaginary parts of complex ones.
+        imaginary: Option<Vec<f64>>,
+    },
     /// What it is that it is no channel.
     Other(&'static str),
 }
@@ -175,7 +181,6 @@ fn variable(data: &[u8], is_big: bool, left_values: &mut u64) -> Result<Variable
         2 => Some("a structure"),
         4 => Some("text"),
         5 => Some("sparse"),
-        6..=15 if flags & COMPLEX != 0 => Some("complex"),
         6..=15 if flags & LOGICAL != 0 => Some("logical"),
         6..=15 => None,
         _ => Some("an object"),
@@ -202,20 +207,30 @@ fn variable(data: &[u8], is_big: bool, left_values: &mut u64) -> Result<Variable
     };
     // An empty variable may end here.
     let Some((kind, numbers)) = parts.next()? else {
-        let kind = Kind::Numbers { rows, columns, values: Vec::new() };
+        let kind = Kind::Numbers { rows, columns, values: Vec::new(), imaginary: None };
         return if stated == 0 { Ok(Variable { name, kind }) } else { Err(unlike(0)) };
     };
-    let numbers_of = Numbers { kind, is_big };
-    let held = numbers_of.size().map(|size| numbers.len() / size);
-    let held = held.ok_or_else(|| damaged(format!("variable '{name}' holds no numbers")))?;
-    if held as u64 != stated {
-        return Err(unlike(held));
-    }
-    *left_values = left_values.checked_sub(stated).ok_or_else(|| {
-        (Code::TooLong, format!("holds more than {MAX_VALUES} numbers; divide the file"))
-    })?;
-    let values = numbers_of.decode(numbers).unwrap_or_default();
-    Ok(Variable { name, kind: Kind::Numbers { rows, columns, values } })
+    let mut decoded = |kind: u32, numbers: &[u8]| {
+        let numbers_of = Numbers { kind, is_big };
+        let held = numbers_of.size().map(|size| numbers.len() / size);
+        let held = held.ok_or_else(|| damaged(format!("variable '{name}' holds no numbers")))?;
+        if held as u64 != stated {
+            return Err(unlike(held));
+        }
+        *left_values = left_values.checked_sub(stated).ok_or_else(|| {
+            (Code::TooLong, format!("holds more than {MAX_VALUES} numbers; divide the file"))
+        })?;
+        Ok(numbers_of.decode(numbers).unwrap_or_default())
+    };
+    let values = decoded(kind, numbers)?;
+    let imaginary = match flags & COMPLEX {
+        0 => None,
+        _ => {
+            let (kind, numbers) = parts.next()?.ok_or_else(|| unlike(0))?;
+            Some(decoded(kind, numbers)?)
+        }
+    };
+    Ok(Variable { name, kind: Kind::Numbers { rows, columns, values, imaginary } })
 }
 
 /// How numbers are stored.

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use nalgebra::Complex;
 
 use super::*;
 
@@ -14,6 +15,9 @@ const CLOCK: &[u8] = include_bytes!("../../../../tests/data/mat/clock.mat");
 const LEVEL_4: &[u8] = include_bytes!("../../../../tests/data/mat/level_4.mat");
 const STRUCTURE: &[u8] = include_bytes!("../../../../tests/data/mat/structure.mat");
 const NOT_FINITE: &[u8] = include_bytes!("../../../../tests/data/mat/not_finite.mat");
+const STEP: &[u8] = include_bytes!("../../../../tests/data/mat/step.mat");
+const RESPONSES: &[u8] = include_bytes!("../../../../tests/data/mat/responses.mat");
+const FEW_LINES: &[u8] = include_bytes!("../../../../tests/data/mat/few_lines.mat");
 
 fn told(bytes: &[u8], time: Option<&str>) -> Result<Recording, String> {
     let folder = tempfile::tempdir().unwrap();
@@ -92,10 +96,41 @@ fn time_is_named_by_the_session_or_stands_as_a_rate() {
     let found = told(RATE, None).unwrap();
     assert_eq!((found.sample_rate_hz, found.channels.len()), (Some(128.0), 1));
     assert_eq!(found.channels[0].samples[15], 15.0);
+    let found = told(STEP, None).unwrap();
+    assert_eq!((found.sample_rate_hz, found.channels.len()), (Some(128.0), 1));
     let found = told(CLOCK, Some("stamp_ms")).unwrap();
     assert_eq!((found.sample_rate_hz, found.channels.len()), (Some(200.0), 1));
     let found = told(CLOCK, None).unwrap();
     assert_eq!((found.sample_rate_hz, found.channels.len()), (None, 2));
+}
+
+/// A mode of 12 Hz: (12² − f² + 2i·0.02·12·f)⁻¹ at 12 Hz is 1/(5.76i).
+#[test]
+fn complex_variables_beside_frequencies_are_responses() {
+    let found = told(RESPONSES, None).unwrap();
+    let names = found.functions.iter().map(|f| (f.label.name.as_str(), f.values[24]));
+    let at = |re: f64, im: f64| Complex::new(re, im) / 5.76;
+    let expected = [
+        ("tip", at(0.0, -1.0)),
+        ("H_1", at(0.0, -0.5)),
+        ("H_2", at(-2.0, 0.0)),
+        ("elbow", at(0.0, -1.0)),
+    ];
+    for ((name, value), (own, expected)) in names.clone().zip(expected) {
+        assert_eq!(name, own);
+        assert!((value - expected).norm() < 1e-12, "{name}: {value}");
+    }
+    assert_eq!((names.count(), found.channels.len()), (4, 0));
+    assert!(found.functions.iter().all(|f| f.frequencies_hz.len() == 64));
+    assert_eq!(found.functions[0].frequencies_hz[24], 12.0);
+    let told: String = found.warnings.iter().map(|note| format!("{}\n", note.what)).collect();
+    for other in [
+        "'coh_tip' is no part of a frequency response",
+        "wide (2 × 64, must be lines × responses",
+        "window (7 values, not 64)",
+    ] {
+        assert!(told.contains(other), "{other}: {told}");
+    }
 }
 
 #[test]
@@ -123,6 +158,7 @@ fn what_is_no_record_is_a_fault_in_words() {
         (file(&[], false), "holds no variable that is a channel"),
         (STRUCTURE.to_vec(), "a channel, but rig (a structure); save vectors of numbers"),
         (NOT_FINITE.to_vec(), "y: sample 4 is not finite"),
+        (FEW_LINES.to_vec(), "has 4 lines, must have at least 8"),
         (of(&[10, 3]), "variable 'y' states 10 × 3 values, but holds 20"),
         (of(&[u32::MAX / 2, u32::MAX / 2]), "states 2147483647 × 2147483647 values"),
         (of(&[u32::MAX, 20]), "states 0 × 20 values, but holds 20"),
@@ -145,7 +181,7 @@ fn damaged_files_never_panic() {
     for cut in 0..whole.len() {
         assert!(told(&whole[..cut], None).is_err(), "{cut}");
     }
-    for bytes in [PLAIN, COMPRESSED] {
+    for bytes in [PLAIN, COMPRESSED, RESPONSES] {
         for cut in 0..bytes.len() {
             let _ = variables(&bytes[..cut]);
         }
