@@ -274,6 +274,13 @@ fn merged_mode(
     let suspicion = suspicion(members.iter().map(|&(i, mode)| records[i].modes[mode].suspicion));
     let shapes: Vec<&[ShapePart]> =
         used.iter().map(|&(i, mode)| &records[i].modes[mode].shape[..]).collect();
+    if let Some(alike) = contradiction(&shapes) {
+        disagreement(format!(
+            "the records show unlike shapes of the mode at {frequency_hz:.3} Hz (modal assurance \
+             criterion {alike:.2}): responses of one name must be sensors in one place; where they \
+             were moved, give them other names, or each place a session of its own"
+        ));
+    }
     PoseMode {
         frequency_hz,
         frequency_std_hz,
@@ -284,6 +291,21 @@ fn merged_mode(
         shape: together(&shapes),
         members,
     }
+}
+
+/// How alike the least alike of some shapes of one mode are, where that is not as noise has it.
+fn contradiction(shapes: &[&[ShapePart]]) -> Option<f64> {
+    /// Shapes of one mode are more alike.
+    const LIKE: f64 = 0.6;
+    /// Noise of a shape, as a share of its power, that does not make it unlike.
+    const NOISE: f64 = 0.05;
+    let is_clear = |shape: &&&[ShapePart]| {
+        let sum = |of: fn(&ShapePart) -> f64| shape.iter().map(of).sum::<f64>();
+        sum(|part| part.std.powi(2)) < NOISE * sum(|part| part.value.norm_sqr())
+    };
+    let clear: Vec<&&[ShapePart]> = shapes.iter().filter(is_clear).collect();
+    let pairs = clear.iter().enumerate().flat_map(|(i, a)| clear[..i].iter().map(move |b| (a, b)));
+    pairs.filter_map(|(a, b)| mac(a, b)).min_by(f64::total_cmp).filter(|alike| *alike < LIKE)
 }
 
 /// A tone in one record is a tone in all; a mode that is uncertain in one record may be certain in

@@ -320,6 +320,32 @@ fn set_ups_of_a_pose_make_one_shape() {
     }
 }
 
+/// Sensors that were moved between records under the same names. By hand, the shapes' criteria are 0.36, 0.00 and 0.27.
+#[test]
+fn moved_sensors_of_one_name_are_told() {
+    let modes = arm_modes(1.0);
+    let mut moved = seen(&modes, &[2, 3, 4], &[0.8, 0.9, 0.7], 2);
+    let Data::Time { responses, .. } = &mut moved.data else { panic!("decays are sampled") };
+    for (at, channel) in responses.iter_mut().enumerate() {
+        channel.name = format!("s{at}");
+    }
+    let first = || at_pose(seen(&modes, &[0, 1, 2], &[1.0, 0.6, 0.4], 1), 0.5);
+    let told = |other: Record| -> Vec<String> {
+        let records = vec![first(), at_pose(other, 0.5)];
+        let session = Session { asked: asked(&[]), joint_columns: None, records };
+        let found = identify_session(&session, &silent);
+        let unlike = found.warnings.into_iter().filter(|note| note.what.contains("unlike shapes"));
+        unlike.map(|note| note.what).collect()
+    };
+    let of_moved = told(moved);
+    assert_eq!(of_moved.len(), 3, "{of_moved:?}");
+    for (told, criterion) in of_moved.iter().zip(["0.36", "0.00", "0.27"]) {
+        assert!(told.contains(&format!("criterion {criterion}")), "{told}");
+    }
+    let again = seen(&modes, &[0, 1, 2], &[-0.5, 0.9, 1.0], 3);
+    assert_eq!(told(again), Vec::<String>::new());
+}
+
 /// A pose whose second mode was not excited: its third is in the column of the third. With one sensor nobody knows, and
 /// is told so.
 #[test]
