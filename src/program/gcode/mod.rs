@@ -33,6 +33,7 @@ mod lengths;
 mod lines;
 mod macro_call;
 mod names;
+mod o_statements;
 mod o_words;
 mod parameters;
 mod patterns;
