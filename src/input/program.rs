@@ -171,7 +171,7 @@ fn dialect_of(file: &Path) -> Result<Dialect, String> {
         (None, "dat") => "is a data list of KRL: name the .src, and this under files".to_owned(),
         (None, _) => format!(
             "what language '.{extension}' stands for is not known; rename it to .mod (RAPID), .apt \
-             (APT), .nc (G-code), .src (KRL) or .ls (Fanuc TP)"
+             (APT), .nc (G-code), .mpf (Sinumerik), .h (Heidenhain), .src (KRL) or .ls (Fanuc TP)"
         ),
     })
 }

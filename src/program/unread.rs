@@ -50,10 +50,16 @@ fn warn_of_lines(
         let line = index + 1;
         let code = code_of(whole, dialect, names);
         let is_idle = idle.iter().any(|own| own.contains(&line));
-        if is_idle || is_definition(&code, dialect) || log.has_set(line) {
+        if is_idle || is_definition(&code, dialect) {
             continue;
         }
-        if let Some(name) = names.iter().find(|name| is_named(&code, name, dialect)) {
+        // Beside a statement that has set it, a move that sets it stands in the same line.
+        let with_moves = match log.has_set(line) {
+            true if dialect == Dialect::Rapid => moves_that_set(&code),
+            true => continue,
+            false => code,
+        };
+        if let Some(name) = names.iter().find(|name| is_named(&with_moves, name, dialect)) {
             let what = format!(
                 "'{name}' stands here, and nothing that it sets is read: the run decides whether \
                  and when it is done"
@@ -61,6 +67,17 @@ fn warn_of_lines(
             log.warning(Code::SpindleCommand, line, what);
         }
     }
+}
+
+/// The statements of a line of RAPID, in lower case, that set an output while the arm moves.
+fn moves_that_set(code: &str) -> String {
+    let sets = |word: &str| {
+        let of_output = ["do", "go", "ao"].iter().any(|kind| word.ends_with(kind));
+        word.starts_with("trigg") || word.starts_with("move") && of_output
+    };
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    let own = code.split(';').filter(|own| own.split(|c| !is_part(c)).any(sets));
+    own.collect::<Vec<_>>().join(";")
 }
 
 /// Whether a line names a parameter: letter case does not count.

@@ -488,6 +488,9 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     // Q of M61, L and Q of M66, Q of M67 and M68.
     let has_words_of_m = block.codes('M').any(|code| matches!(code, 610 | 660 | 670 | 680));
     let is_call = block.word(b'L').is_some() && !repeats && !has_words_of_m;
+    if is_call && block.names.iter().any(|(name, _)| name == "MCALL") {
+        return Err("MCALL of a subprogram is not supported: call it at every place".to_owned());
+    }
     if is_call && !matches!(machine.motion, Motion::Cycle(_)) {
         return Err("L calls a subprogram that is not read, or is not understood here".to_owned());
     }

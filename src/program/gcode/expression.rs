@@ -186,15 +186,30 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// Digits and a point, no exponent.
+    /// Digits and a point, with the exponent that Sinumerik writes `EX-5`.
     fn number(&mut self) -> Result<f64, String> {
         let start = self.at;
         while self.bytes.get(self.at).is_some_and(|&b| b.is_ascii_digit() || b == b'.') {
             self.at += 1;
         }
         let digits = self.bytes.get(start..self.at).unwrap_or_default();
-        let parsed = std::str::from_utf8(digits).ok().and_then(|text| text.parse().ok());
-        parsed.ok_or_else(|| NO_NUMBER.to_owned())
+        let digits = std::str::from_utf8(digits).unwrap_or_default();
+        let exponent = self.exponent().unwrap_or("0");
+        let parsed = format!("{digits}e{exponent}").parse::<f64>();
+        parsed.ok().filter(|number| number.is_finite()).ok_or_else(|| NO_NUMBER.to_owned())
+    }
+
+    fn exponent(&mut self) -> Option<&str> {
+        let rest = self.bytes.get(self.at..).filter(|_| self.parameters.is_sinumerik())?;
+        let (mark, behind) = rest.split_at_checked(2)?;
+        let sign = usize::from(behind.first().is_some_and(|byte| b"+-".contains(byte)));
+        let digits = behind.iter().skip(sign).take_while(|byte| byte.is_ascii_digit()).count();
+        let own = behind.get(..sign + digits).filter(|_| digits > 0)?;
+        if !mark.eq_ignore_ascii_case(b"EX") {
+            return None;
+        }
+        self.at += 2 + own.len();
+        std::str::from_utf8(own).ok()
     }
 
     fn function(&mut self) -> Result<f64, String> {

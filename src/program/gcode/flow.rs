@@ -7,7 +7,7 @@ use super::abbreviated::whole;
 use super::by_value;
 use super::expression::{Reader, not_vacant};
 use super::files::Files;
-use super::o_words::{computed, o_word};
+use super::o_words::{computed, nothing_behind, o_word};
 use super::parameters::{Locals, Parameters, Set};
 use super::running::{Head, Running};
 use super::structure::{Structure, stripped, within};
@@ -362,6 +362,7 @@ impl<'t> Flow<'t> {
                 let own = o_word(content).map(Ok);
                 let own = own.or_else(|| computed(content, &self.parameters).transpose());
                 let Some((label, keyword, rest)) = own.transpose()? else { return Ok(false) };
+                nothing_behind(&keyword, content.get(rest..).unwrap_or(""))?;
                 let here = OWord { line, label, keyword };
                 self.o_statement(&here, Behind { content, rest })?;
                 Ok(true)
@@ -384,27 +385,31 @@ impl<'t> Flow<'t> {
                 if words.contains("ELSE") {
                     return Err("ELSE in the block of its IF is not supported".to_owned());
                 }
-                match self::keyword(rest) {
-                    "GOTO" if truth => self.jump(rest).map(|()| true),
-                    "THEN" if truth => {
-                        let rest = rest.get(letters(rest)..).unwrap_or("").trim_start();
-                        self.assign(rest).map(|()| true)
-                    }
-                    "GOTO" | "THEN" => Ok(true),
+                let behind = rest.get(letters(rest)..).unwrap_or("").trim_start();
+                match (self::keyword(rest), self::keyword(behind)) {
+                    ("GOTO", _) => self.jump(rest, truth).map(|()| true),
+                    ("THEN", "GOTO") => self.jump(behind, truth).map(|()| true),
+                    ("THEN", _) if truth => self.assign(behind).map(|()| true),
+                    ("THEN", _) => Ok(true),
                     _ => Err("'IF' is understood with [ ], GOTO and THEN alone".to_owned()),
                 }
             }
-            "GOTO" => self.jump(content).map(|()| true),
+            "GOTO" => self.jump(content, true).map(|()| true),
             "WHILE" => {
-                let truth = self.condition(content, letters(content)).map(|(truth, _)| truth);
+                let condition = self.condition(content, letters(content));
                 let end = self.loops.iter().find(|(from, _)| *from == line);
                 let (_, end) = *end.ok_or("WHILE without DO and END of its number")?;
+                let truth = condition.and_then(|(truth, behind)| {
+                    let behind = content.get(behind..).unwrap_or("").trim_start();
+                    self.nothing_behind_number(behind).map(|()| truth)
+                });
                 self.enter_loop(truth, end + 1).map(|()| true)
             }
             "END" => {
                 let from = self.loops.iter().find(|(_, end)| *end == line);
-                let (from, _) = from.ok_or("END without WHILE of its number")?;
-                self.next = *from;
+                let (from, _) = *from.ok_or("END without WHILE of its number")?;
+                self.nothing_behind_number(content)?;
+                self.next = from;
                 Ok(true)
             }
             "THEN" | "ELSE" | "ENDIF" | "GOTOF" | "GOTOB" | "ENDWHILE" => Err(format!(
@@ -460,20 +465,35 @@ impl<'t> Flow<'t> {
         Ok((reader.value()? != 0.0, reader.at))
     }
 
-    /// `GOTO n`: to the line with N n.
-    fn jump(&mut self, content: &str) -> Result<(), String> {
+    /// Whether `DO n` and `END n` stand alone.
+    fn nothing_behind_number(&self, content: &str) -> Result<(), String> {
+        let (word, rest) = content.split_at(letters(content));
+        let behind = rest.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());
+        let mut reader = Reader::new(behind.as_bytes(), 0, &self.parameters).with_comments();
+        if reader.peek().is_none_or(|next| next == b';') {
+            return Ok(());
+        }
+        let behind = behind.trim();
+        Err(format!("'{behind}' behind {word} is not read; write it in a block of its own"))
+    }
+
+    /// `GOTO n`: to the line with N n, if it `is_made`.
+    fn jump(&mut self, content: &str, is_made: bool) -> Result<(), String> {
         let own = letters(content);
         let reader = Reader::new(content.as_bytes(), own, &self.parameters);
         let mut reader = if self.is_sinumerik { reader } else { reader.with_comments() };
         let is_cut = own < "GOTO".len();
         let hint = if is_cut { "; GO is short for GOTO: for G0 write the digit" } else { "" };
-        let number = reader.expression().map_err(|why| format!("{why}{hint}"))?;
-        let number = not_vacant(number)?;
+        let number = reader.expression().map_err(|why| format!("{why}{hint}"));
+        let number = match number {
+            Err(_) if !is_made => return Ok(()),
+            number => number?,
+        };
         if reader.peek().is_some_and(|next| next != b';') {
             let rest = content.get(reader.at..).unwrap_or("").trim();
             return Err(format!("'{rest}' behind the target of GOTO is not read{hint}"));
         }
-        self.jump_to(number)
+        if is_made { self.jump_to(not_vacant(number)?) } else { Ok(()) }
     }
 
     /// To N n of the program that runs: forward, then from its head.

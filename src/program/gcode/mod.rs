@@ -67,6 +67,12 @@ use state::Machine;
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik: bool) {
     let files = Files::new(text, &settings.companions);
     let lines = files.main();
+    let first = lines.iter().position(|(_, content)| !content.trim().is_empty());
+    if let Some(first) = first.filter(|first| is_of_heidenhain(lines[*first].1)) {
+        let what = "BEGIN PGM begins a program of Heidenhain's: name its file .h";
+        log.error(Code::Syntax, first + 1, what);
+        return;
+    }
     log.expect_lines(lines.len());
     let mut machine = Machine::new(settings, log, changes_tools(&files.lines));
     machine.is_sinumerik = is_sinumerik;
@@ -164,6 +170,12 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     if let Some(line) = flow.left_over().into_iter().find(moves) {
         behind_end(machine.cutter.log, line + 1);
     }
+}
+
+/// `0 BEGIN PGM PART MM`.
+fn is_of_heidenhain(line: &str) -> bool {
+    let words = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());
+    words.trim_start().starts_with("BEGIN PGM ")
 }
 
 /// What a subprogram has read of the main program's own variables (Siemens, machine data 11120).

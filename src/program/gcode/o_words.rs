@@ -55,3 +55,26 @@ pub(super) fn computed(
     let label = format!("{whole}").trim_start_matches('0').to_owned();
     Ok(Some((label, keyword, reader.at)))
 }
+
+/// Whether nothing but conditions and values in brackets stands behind an O-word.
+pub(super) fn nothing_behind(keyword: &str, rest: &str) -> Result<(), String> {
+    let mut depth = [0_usize; 3];
+    for (at, byte) in rest.bytes().enumerate() {
+        let kind = b"[(<".iter().position(|open| *open == byte);
+        let end = b"])>".iter().position(|close| *close == byte);
+        match (kind, end) {
+            (Some(kind), _) => depth[kind] += 1,
+            (_, Some(kind)) => depth[kind] = depth[kind].saturating_sub(1),
+            _ if depth != [0; 3] => {}
+            _ if byte == b';' => break,
+            _ if byte.is_ascii_alphabetic() => {
+                let behind = rest.get(at..).unwrap_or("").trim();
+                return Err(format!(
+                    "'{behind}' behind {keyword} is not read; write it in a block of its own"
+                ));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}

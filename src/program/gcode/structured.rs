@@ -62,15 +62,25 @@ impl Flow<'_> {
         }
     }
 
-    /// `IF R1<5 GOTOB LOOP1`, or IF up to ELSE or ENDIF.
+    /// `IF R1<5 GOTOB LOOP1`, or IF up to ELSE or ENDIF. Of several jumps in a block the first is
+    /// made whose condition holds.
     fn if_(&mut self, rest: &str, line: usize) -> Result<(), String> {
         let upper = rest.to_ascii_uppercase();
         if let Some(at) = upper.find("GOTO") {
             let (condition, jump) = rest.split_at(at);
-            return match (self.truth(condition)?, split(jump)) {
-                (true, Some((word, target))) => self.go_to(word, target, line),
-                (false, Some(_)) => Ok(()),
-                (_, None) => Err("IF: expected GOTO, GOTOF, GOTOB or GOTOC".to_owned()),
+            let jump = split(jump).ok_or("IF: expected GOTO, GOTOF, GOTOB or GOTOC")?;
+            let (word, target) = (jump.0, jump.1.trim_start());
+            let length = target.find(char::is_whitespace).unwrap_or(target.len());
+            let (target, behind) = target.split_at(length);
+            let behind = behind.trim();
+            let next = split(behind).filter(|(word, _)| *word == "IF");
+            if next.is_none() && !behind.is_empty() {
+                return Err(format!("'{behind}' behind {word} {target} is not read"));
+            }
+            return match (self.truth(condition)?, next) {
+                (true, _) => self.go_to(word, target, line),
+                (false, Some((_, rest))) => self.if_(rest, line),
+                (false, None) => Ok(()),
             };
         }
         let end = self.structure.end(line, "IF")?;

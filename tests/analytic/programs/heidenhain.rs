@@ -692,3 +692,15 @@ fn the_job_gives_the_radius_of_the_tool() {
         assert_eq!(told(&assuming(name, text).unwrap()), lines, "{text}");
     }
 }
+
+/// Posts that name every program `.nc`.
+#[test]
+fn a_program_under_another_languages_name_is_told() {
+    let text = "\n0 BEGIN PGM A MM\n1 L X+1 R0 F100\n2 END PGM A MM\n";
+    for dialect in [Dialect::GCode, Dialect::Sinumerik] {
+        let found = read(text.as_bytes(), dialect, &settings()).unwrap_err();
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found[0].place.line, Some(2));
+        assert!(found[0].what.contains("name its file .h"), "{found:?}");
+    }
+}

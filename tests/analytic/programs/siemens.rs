@@ -334,6 +334,18 @@ fn jumps_conditions_and_loops() {
     // Once, and twice again.
     assert_xs("G91\nPART:\nG1 X1\nREPEAT PART P=2\n", &[1.0, 2.0, 3.0]);
     assert_xs("END: G1 X4\n", &[4.0]);
+    // Of several jumps in a block, the first whose condition holds.
+    for (r, expected) in [("1", &[5.0, 6.0][..]), ("2", &[6.0]), ("3", &[4.0, 5.0, 6.0])] {
+        assert_xs(
+            &format!("R1={r}\nG1\nIF R1==1 GOTOF LB IF R1==2 GOTOF LC\nX4\nLB: X5\nLC: X6\n"),
+            expected,
+        );
+    }
+    refused("R1=2\nIF R1==1 GOTOF LB GOTOF LC\nLB: G1 X1\nLC: X2\n", "'GOTOF LC' behind GOTOF LB");
+    refused("R1=2\nIF R1==1 GOTOF N300 X99\nN300 G1 X1\n", "'X99' behind GOTOF N300 is not read");
+    // Exponents: 1.5·10¹, 0.25·10³ and -0.1·10⁻⁵ from 4.
+    assert_xs("R1=1.5EX1\nG1 X=R1\nX=0.25ex+3\nR2=-0.1EX-5\nX=4+R2\n", &[15.0, 250.0, 3.999_999]);
+    refused("MCALL L100\nG1 X1\n", "MCALL of a subprogram is not supported");
     // Whole numbers are rounded.
     assert_xs("DEF INT _n\n_n = 2.6\nG1 X=_n\n", &[3.0]);
     refused("LOOP\nENDLOOP\n", "too long");

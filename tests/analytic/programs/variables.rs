@@ -184,6 +184,25 @@ fn words_of_macros_may_be_cut() {
     assert_eq!(of("#1=7\nIF[[#1MO4EQ3]AN[#1GT0]]TH#1=2\nX#1\n"), [2.0]);
     assert_eq!(of("X[SI[30]*10+CO[60]*2+SQ[9]+RO[1.6]+FI[1.9]]\n"), [12.0]);
     assert_eq!(of("X5\nGOTO 1 (on)\nX9\nN1 X6\n"), [5.0, 6.0]);
+    assert_eq!(of("#1=1\nIF [#1 EQ 1] THEN GOTO 10\nX5\nN10 X8\n"), [8.0]);
+    assert_eq!(of("#1=2\nIF [#1 EQ 1] THEN GOTO 10\nX5\nN10 X8\n"), [5.0, 8.0]);
+    assert_eq!(of("#1=0\nWHILE [#1 LT 1] DO 1 (on)\n#1=#1+1\nX3\nEND 1 (off)\n"), [3.0]);
+    // What stands behind a word that directs the flow is not lost.
+    for (text, said) in [
+        ("#1=0\nWHILE [#1 LT 1] DO1 X50\n#1=#1+1\nEND1\n", "'X50' behind DO is not read"),
+        ("#1=3\n#2=0\nWHILE [#1 GT #2] DO1 #1=#1-1\nX9\nEND1\n", "'#1=#1-1' behind DO"),
+        ("#1=0\nWHILE [#1 LT 1] DO1\n#1=#1+1\nEND1 Y10\n", "'Y10' behind END is not read"),
+        ("#1=5\nIF [#1 EQ 0] GOTO 9 X99\nN9 X1\n", "'X99' behind the target of GOTO"),
+        ("o100 sub\nX#1\no100 endsub\no100 call [30] y50\n", "'y50' behind CALL is not read"),
+        ("#1=1\no101 if [#1 eq 1] x77\nX1\no101 endif\n", "'x77' behind IF is not read"),
+        ("#1=1\no101 if [#1 eq 1]\nX1\no101 endif x88\n", "'x88' behind ENDIF is not read"),
+    ] {
+        let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
+        let found = read(text.as_bytes(), Dialect::GCode, &settings()).unwrap_err();
+        assert!(found[0].what.contains(said), "{text}: {found:?}");
+    }
+    let commented = "o1 repeat [2] (twice)\nX4 (a)\no1 endrepeat ; b\n";
+    assert_eq!(of(commented), [4.0, 4.0]);
     // The letter instead of the digit.
     for text in ["GO1 X60.\nN1 X5\n", "GO X20.\n", "GOTO 1 X60.\nN1 X5\n"] {
         let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
