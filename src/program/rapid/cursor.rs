@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::lexer::{Kind, Lexer, Token};
+use super::lexer::{Kind, Lexer, Token, unescaped};
 use super::modules::{Renamed, named};
 use crate::program::span::Span;
 
@@ -302,7 +302,7 @@ impl<'a> Cursor<'a> {
             }
             Some(Kind::Text(text)) => {
                 self.advance();
-                Ok(Expr::Text(text.to_owned()))
+                Ok(Expr::Text(unescaped(text)))
             }
             Some(Kind::Symbol("(")) => {
                 self.advance();

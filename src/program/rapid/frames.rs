@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use nalgebra::Isometry3;
+
 use super::carried::{Carrier, Holds, ToolFrame, WorkObject};
 use super::eval::Scope;
 use super::interpreter::Interpreter;
@@ -31,6 +33,40 @@ impl<'a> Interpreter<'a> {
                  give it another name"
             );
             self.log.warning(Code::ChangeIgnored, own.line.max(1), what);
+        }
+    }
+
+    /// Of a line or arc: whether the job's frames stand for the controller's own there.
+    pub(super) fn note_led(&mut self, line: usize, tool: &'a Expr, work_object: Option<&Value>) {
+        let [tcp, of_job] = self.own_frames().map(|own| own.unwrap_or_default());
+        let is_moved = [tcp, of_job].map(|frame| frame != Isometry3::identity());
+        let tool = if is_moved[0] { self.eval(tool) } else { Value::Tool0 };
+        let both = [&tool, work_object.unwrap_or(&Value::Wobj0)];
+        for ((led, value), is_moved) in self.led.iter_mut().zip(both).zip(is_moved) {
+            match value {
+                _ if !is_moved => {}
+                Value::Tool0 | Value::Wobj0 => led.by_own = led.by_own.or(Some(line)),
+                declared => {
+                    let is_known = declared.why_first_unknown().is_none();
+                    led.by_declared |= is_known && !matches!(declared, Value::Unknown(_));
+                }
+            }
+        }
+    }
+
+    /// A job's frame beside those of the program is seldom meant for the controller's own.
+    pub(super) fn tell_led(&mut self) {
+        for (led, [name, of, what, of_job]) in self.led.into_iter().zip([
+            ["tool0", "tools", "the flange", "tcp"],
+            ["wobj0", "work objects", "the base frame", "work_object"],
+        ]) {
+            let Some(line) = led.by_own.filter(|_| led.by_declared) else { continue };
+            let what = format!(
+                "a line or arc with {name}, and others with {of} that the program declares: to the \
+                 controller {name} is {what}, and the job's {of_job} is taken for it; leave \
+                 {of_job} out of the job, or name for these moves what the program declares"
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
         }
     }
 

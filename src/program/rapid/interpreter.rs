@@ -208,9 +208,20 @@ pub(super) struct Interpreter<'a> {
     /// Whether the job's tcp and work object stand for data that no file declares, and not for
     /// tool0 and wobj0 beside them.
     pub(super) stands_for: Named,
+    /// Lines and arcs with tool0, and those in wobj0, for which the job's stand.
+    pub(super) led: [Led; 2],
     /// What `GripLoad` says that the gripper holds, in the frame of the tool, or of the work object
     /// where the arm holds that; or why that is not known.
     pub(super) gripped: Result<Option<Load>, String>,
+}
+
+/// How the tool is led.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Led {
+    /// First line under the controller's own frame, for which the job's stands.
+    pub(super) by_own: Option<usize>,
+    /// Whether it is led under a frame that the program declares, too.
+    pub(super) by_declared: bool,
 }
 
 impl<'a> Interpreter<'a> {
@@ -258,6 +269,7 @@ impl<'a> Interpreter<'a> {
             monitors: [true; 2],
             turning: Some(Turning::WithArc),
             active_object: WorkObject::default(),
+            led: [Led::default(); 2],
             active_tool: None,
             active_unknown: false,
             has_arrived: true,

@@ -159,6 +159,25 @@ fn string(rest: &str) -> (usize, Option<Kind<'_>>) {
     (rest.len(), Some(Kind::Stray(rest)))
 }
 
+/// What a string in the text stands for: a quote and a backslash are written twice, and `\0A` is
+/// the character of that code (ABB, Technical reference manual, RAPID kernel, "Strings").
+pub(super) fn unescaped(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let code = rest.get(1..3).filter(|_| first == '\\');
+        let code = code.filter(|code| code.bytes().all(|byte| byte.is_ascii_hexdigit()));
+        let (own, length) = match code.and_then(|code| u8::from_str_radix(code, 16).ok()) {
+            Some(code) => (char::from(code), 3),
+            None if rest.starts_with("\"\"") || rest.starts_with("\\\\") => (first, 2),
+            None => (first, first.len_utf8()),
+        };
+        plain.push(own);
+        rest = rest.get(length..).unwrap_or("");
+    }
+    plain
+}
+
 fn number(rest: &str) -> (usize, Option<Kind<'_>>) {
     let bytes = rest.as_bytes();
     let digits = |from: usize| {
@@ -244,5 +263,11 @@ mod tests {
         );
         assert_eq!(lines, [4, 4, 4, 5, 5]);
         assert_eq!(kinds("\"open\n;"), [Stray("\"open"), Symbol(";")]);
+    }
+
+    #[test]
+    fn strings_have_quotes_backslashes_and_codes() {
+        let text = r#"say ""x"" C:\\cut\41\0D \z \4"#;
+        assert_eq!(unescaped(text), "say \"x\" C:\\cutA\r \\z \\4");
     }
 }

@@ -162,6 +162,9 @@ impl<'a> Interpreter<'a> {
             Way::Joint => (Code::Assumed, "a joint move"),
             _ => (Code::ChangeIgnored, "a line or arc"),
         };
+        if way != Way::Joint {
+            self.note_led(line, tool, work_object);
+        }
         let Named { tool: for_tools, work_object: for_objects } = self.stands_for;
         let is_tool0 = for_tools && self.eval(tool) == Value::Tool0;
         let is_wobj0 = matches!(work_object, None | Some(Value::Wobj0));

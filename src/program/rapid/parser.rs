@@ -24,6 +24,10 @@ use crate::program::log::Log;
 /// Blocks in blocks beyond this are no program that a person or a post-processor writes.
 const MAX_BLOCK_DEPTH: usize = 40;
 
+/// Words that only end or part what has begun; no procedure has such a name.
+const ENDS: [&str; 9] =
+    ["ELSEIF", "ELSE", "ENDIF", "ENDFOR", "ENDWHILE", "ENDTEST", "CASE", "DEFAULT", "THEN"];
+
 const CUT: &str = "the file is cut off; export it again";
 
 /// What helps where two tasks declare a datum.
@@ -550,6 +554,9 @@ impl<'a> Parser<'a> {
         }
         if cursor.is_symbol("<") {
             return Err("a placeholder: the program is unfinished".to_owned());
+        }
+        if let Some(word) = ENDS.into_iter().find(|word| cursor.take_word(word)) {
+            return Err(format!("{word} without its beginning: is THEN or DO missing before it?"));
         }
         let name = cursor.name()?;
         if cursor.take_symbol(":") {

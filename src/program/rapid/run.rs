@@ -45,6 +45,7 @@ impl<'a> Interpreter<'a> {
         let flow = self.call_routine(routine, args);
         self.tell_who_moves(routine);
         self.tell_vmax();
+        self.tell_led();
         self.doubt_next_cycles(routine, args, &flow);
         self.tell_unheeded();
     }

@@ -4,7 +4,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use detune::motion::{Move, Target};
 use detune::notes::{Code, Note};
-use detune::program::{Assumed, Companion, Dialect, ExternalAxis, Program, Settings, read};
+use detune::program::{
+    Assumed, Companion, Dialect, ExternalAxis, Program, SetBy, Setter, Settings, read,
+};
 use nalgebra::Vector3;
 
 use super::support::{assert_ends, assert_pose, at, end, lines, module, pose, rapid, settings};
@@ -138,6 +140,60 @@ fn the_job_fills_what_the_program_leaves_to_it_and_no_more() {
             (7, "the program declares its work object: the job's work_object is not used there"),
         ]
     );
+}
+
+/// Beside frames that the program declares, the controller's own seldom stand for the job's.
+#[test]
+fn own_frames_beside_declared_ones_are_doubted() {
+    let frame = |z: f64| Some(pose([0.0, 0.0, z], [1.0, 0.0, 0.0, 0.0]));
+    let told = |moves: &str, tcp: Option<f64>| -> Vec<(usize, String)> {
+        let job = Settings {
+            tcp: tcp.and_then(frame),
+            work_object: tcp.and_then(|z| frame(2.0 * z)),
+            ..settings()
+        };
+        let text = module(moves).replace(
+            "PROC main",
+            "PERS tooldata tHere:=[TRUE,[[0,0,7],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\
+             PERS wobjdata wHere:=[FALSE,TRUE,\"\",[[0,5,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];PROC main",
+        );
+        let found = read(text.as_bytes(), Dialect::Rapid, &job).unwrap().warnings;
+        let doubts = found.into_iter().filter(|note| note.code == Code::ChangeIgnored);
+        doubts.map(|note| (at(&note), note.what)).collect()
+    };
+    let line = |tool: &str| format!("MoveL p,v5,fine,{tool};\n");
+    let both = line("tHere\\WObj:=wHere") + &line("tool0");
+    let found = told(&both, Some(100.0));
+    assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [5, 5]);
+    assert!(found[0].1.contains("the job's tcp is taken for it"), "{found:?}");
+    assert!(found[1].1.contains("the job's work_object is taken for it"), "{found:?}");
+    // Only one kind, joint moves, or frames of the job that are the controller's own.
+    for (moves, tcp) in [
+        (line("tHere\\WObj:=wHere"), Some(100.0)),
+        (line("tool0"), Some(100.0)),
+        (format!("{}MoveJ p,v5,fine,tool0;", line("tHere\\WObj:=wHere")), Some(100.0)),
+        (both.clone(), None),
+        (both.clone(), Some(0.0)),
+    ] {
+        assert_eq!(told(&moves, tcp), [], "{moves}");
+    }
+}
+
+/// The move sets the output, whatever has set it before in its line.
+#[test]
+fn a_move_that_sets_the_spindle_beside_its_setting_is_doubted() {
+    let what = Setter::Signal("aoSpindle".to_owned());
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
+    for (statements, expected) in [
+        ("SetAO aoSpindle,8000; MoveLAO p,v5,fine,tool0,aoSpindle,4000;", 1),
+        ("SetAO aoSpindle,8000; TriggIO t,0\\AOp:=aoSpindle,0; TriggL p,v5,t,fine,tool0;", 1),
+        ("SetAO aoSpindle,8000; MoveLDO p,v5,fine,tool0,doA,1;", 0),
+        ("SetAO aoSpindle,8000; MoveL p,v5,fine,tool0; SetAO aoSpindle,4000;", 0),
+    ] {
+        let found = read(module(statements).as_bytes(), Dialect::Rapid, &job).unwrap().warnings;
+        let doubts = found.iter().filter(|note| note.what.contains("nothing that it sets is read"));
+        assert_eq!(doubts.count(), expected, "{statements}: {found:?}");
+    }
 }
 
 #[test]

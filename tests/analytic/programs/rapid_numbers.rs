@@ -141,6 +141,10 @@ fn strings_and_numbers() {
         ("StrLen(ValToStr(TRUE))", 4.0),
         ("StrLen(\"go\"+ValToStr(10))", 4.0),
         ("StrFind(\"ab3\",1,STR_DIGIT)", 3.0),
+        // A quote and a backslash are written twice, and characters by their codes.
+        ("StrLen(\"say \"\"x\"\"\")", 7.0),
+        ("StrLen(\"\\0D\")", 1.0),
+        ("StrMatch(\"C:\\\\cut\",1,\"cut\")", 4.0),
         ("StrFind(\"AB c\",1,STR_WHITE)", 3.0),
         ("StrFind(\"ABc\",1,STR_UPPER\\NotInSet)", 3.0),
         ("StrFind(\"ABc\",1,STR_LOWER)", 3.0),

@@ -47,6 +47,8 @@ fn motion_that_is_not_understood_is_refused_with_its_line() {
             "'kElse' is not declared",
         ),
         ("TEST 1\nCASE kElse: MoveL p,v5,fine,tool0;\nCASE 1:\nENDTEST", "TEST decides"),
+        ("IF x>1 x:=2; ENDIF MoveL p,v5,fine,tool0;", "ENDIF without its beginning"),
+        ("ELSE MoveL p,v5,fine,tool0;", "ELSE without its beginning"),
         ("FOR i FROM 1 TO 2 STEP 0 DO\nENDFOR", "STEP is 0"),
         ("FOR i FROM 1 TO 1E12 DO\nENDFOR", "a loop without an end"),
         ("MoveL MirPos(p,p),v5,fine,tool0;", "write the value into a copy of the program"),
