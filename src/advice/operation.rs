@@ -19,7 +19,7 @@ use crate::process::Seen;
 use crate::progress::Progress;
 use crate::risk::{
     Counted, Paths, Rules, SpindleProfile, about_operation, chosen_joints, crossings_under, detail,
-    in_operation, nothing_checked,
+    in_operation, nothing_checked, warnings,
 };
 use crate::uncertainty::{Trust, largest_by_mode};
 use crate::units::hz_from_rpm;
@@ -46,13 +46,19 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
     if !faults.is_empty() {
         return Err(faults);
     }
-    let warnings = job.operations.iter().zip(&operations).flat_map(|(operation, advice)| {
+    let mut notes = Vec::new();
+    for (operation, advice) in job.operations.iter().zip(&mut operations) {
+        let nothing = nothing(job, operation, advice);
         let not_followed = not_followed(job, operation, advice, options.objective);
-        let own = advice.notes.iter().cloned();
-        nothing(job, operation, advice).into_iter().chain(not_followed).chain(own)
-    });
+        if let Some(note) = &nothing
+            && warnings(job, [note.clone()]).iter().all(|warning| warning.accepted.is_none())
+        {
+            leave_unchecked(advice, &note.what);
+        }
+        notes.extend(nothing.into_iter().chain(not_followed).chain(advice.notes.iter().cloned()));
+    }
     Ok(JobAdvice {
-        warnings: warnings.collect(),
+        warnings: notes,
         options: *options,
         separation: job.policy.separation,
         uncertainty_by_mode: largest_by_mode(
@@ -61,6 +67,25 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
         calibrated: job.robot.calibration().is_some(),
         operations,
     })
+}
+
+/// No speed is known to be safe where nothing was checked.
+fn leave_unchecked(advice: &mut OperationAdvice, what: &str) {
+    // Without the operation, which stands beside it.
+    let why =
+        what.split_once("nothing was checked").map_or(what, |(before, _)| &what[before.len()..]);
+    advice.unchecked = Some(why.to_owned());
+    advice.remedy = Remedy::Infeasible;
+    advice.set = SafeSet { safe: Vec::new(), closed: Vec::new() };
+    (advice.constant, advice.no_schedule, advice.bind) = (None, None, None);
+    advice.levers.clear();
+    if let Ok(vibration) = &mut advice.vibration {
+        vibration.recommended = None;
+        vibration.quietest.clear();
+    }
+    if let Some(depth) = &mut advice.depth {
+        depth.recommended = None;
+    }
 }
 
 /// A warning where a safe speed means nothing, as nothing counts.
@@ -236,6 +261,7 @@ fn advise_path(
         exceeding_rpm: best_rpm.filter(|best| rpm.is_some_and(|rpm| rpm != *best)),
         ribbons: ribbons(&survey, &counting, &lines),
         programmed_blocks: set.blocks_at(programmed_rpm),
+        unchecked: None,
         set,
         levers,
         constant,

@@ -64,8 +64,10 @@ pub struct OperationAdvice {
     pub mode_ranges: Vec<ModeRange>,
     /// Constant speeds.
     pub set: SafeSet,
-    /// The blocks in which the programmed speed lies; empty where it is safe.
+    /// The blocks in which the programmed speed lies; empty where it is safe, or not checked.
     pub programmed_blocks: Vec<Block>,
+    /// Why nothing was checked, so that no speed is known to be safe; `None` where something was.
+    pub unchecked: Option<String>,
     /// What to do.
     pub remedy: Remedy,
     /// The best constant speed, where there is one; the same as the remedy's unless a schedule was

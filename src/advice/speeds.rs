@@ -82,6 +82,11 @@ pub struct SafeSet {
 }
 
 impl SafeSet {
+    /// Whether a speed is safe, ends included.
+    pub fn holds(&self, rpm: f64) -> bool {
+        self.safe.iter().any(|gap| gap.contains(rpm))
+    }
+
     /// The blocks in which a speed lies, ends not included; empty where it is safe.
     pub(super) fn blocks_at(&self, rpm: f64) -> Vec<Block> {
         let holds = |block: &Block| block.speeds.low_rpm < rpm && rpm < block.speeds.high_rpm;

@@ -623,7 +623,7 @@ pub(super) mod tests {
             ),
             format!(
                 "robot.yaml:{}: joint 'joint_3': the URDF has no such joint; it has joint_1, \
-                    joint_2",
+                    joint_2; did you mean 'joint_2'?",
                 line(&yaml, "joint_3:")
             ),
             format!(

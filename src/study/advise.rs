@@ -153,8 +153,9 @@ pub fn advise(
         Advised { not_written: Vec::new(), job: AdvisedJob::new(job, found), outputs: Vec::new() };
     let operations = &advised.job.advice.operations;
     let unsafe_one = operations.iter().find(|operation| !operation.remedy.is_clear());
-    let no_speed = unsafe_one.map(|operation| {
-        format!("operation '{}' has no speed clear of every band", operation.name)
+    let no_speed = unsafe_one.map(|operation| match &operation.unchecked {
+        Some(why) => format!("operation '{}': {why}", operation.name),
+        None => format!("operation '{}' has no speed clear of every band", operation.name),
     });
     let exceeding = advised.job.warnings.iter().find(|warning| warning.is_open_breach());
     let why = no_speed.or_else(|| exceeding.map(|warning| warning.note.what.clone()));

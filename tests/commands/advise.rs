@@ -550,6 +550,30 @@ fn a_job_that_cannot_be_edited_is_refused_and_a_safe_schedule_is_kept() {
     bench.add("jobs/job.yaml", &deaf);
     let ran = run(bench.path(), &["advise", "jobs/job.yaml"]);
     assert!(err(&ran).contains("nothing was checked"), "{}", err(&ran));
+
+    // No speed is known to be safe, whatever the programmed one is.
+    for speed in [safe, "spindle_rpm: 16600"] {
+        for deaf in ["ignore_hz: [[0, 100000]], ", "min_tip_response_um_per_n: 100000, "] {
+            let policy = format!("policy: {{{deaf}");
+            bench.add("jobs/job.yaml", &job(speed).replace("policy: {", &policy));
+            let all = ["advise", "jobs/job.yaml", "--format", "json", "--write", "w.yaml"];
+            let ran = run(bench.path(), &all);
+            assert_eq!(code(&ran), 1, "{}", err(&ran));
+            let operation = &json(&ran)["operations"][0];
+            assert_eq!(operation["status"], "infeasible", "{operation}");
+            assert_eq!(operation["safe_speeds_rpm"], serde_json::json!([]), "{operation}");
+            assert_eq!(operation["recommended_rpm"], serde_json::Value::Null, "{operation}");
+            let reason = operation["reason"].as_str().unwrap();
+            assert!(reason.contains("no speed is known to be safe"), "{reason}");
+            assert!(!bench.path().join("w.yaml").exists());
+            let accept =
+                "accept: [{code: nothing_checked, reason: transport, until: 2999-12-31}]\n";
+            let accepted = job(speed).replace("policy: {", &policy) + accept;
+            bench.add("jobs/job.yaml", &accepted);
+            let ran = run(bench.path(), &["advise", "jobs/job.yaml"]);
+            assert_eq!(code(&ran), 0, "{}", err(&ran));
+        }
+    }
 }
 
 /// What is to be written is read again, and held against what was read and what was advised.

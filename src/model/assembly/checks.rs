@@ -8,6 +8,7 @@ use super::{Builder, listed};
 use crate::model::description::{Damping, Inertial, JointKind};
 use crate::notes::{Code, Part};
 use crate::units::percent_from_ratio;
+use crate::wording::hint;
 
 /// Slack in the triangle inequality of principal moments, as a share of the largest: CAD exports
 /// and data sheets print three digits.
@@ -110,8 +111,10 @@ impl<'d> Builder<'d> {
             let part = || Part::ElasticJoint(spring.joint.clone());
             match kind_of(&spring.joint) {
                 None => {
-                    let moving = listed(&self.moving());
-                    let what = format!("the URDF has no such joint; it has {moving}");
+                    let moving = self.moving();
+                    let hint = hint(&spring.joint, moving.iter().copied());
+                    let moving = listed(&moving);
+                    let what = format!("the URDF has no such joint; it has {moving}{hint}");
                     self.error(Code::Reference, part(), "", what);
                 }
                 Some(kind) if !kind.moves() => {

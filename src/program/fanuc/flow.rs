@@ -110,6 +110,10 @@ impl<'a> Run<'a> {
                 Ok(false) => {
                     let otherwise = self.behind("ELSE", &["IF"]);
                     let end = self.behind("ENDIF", &["IF"])?;
+                    if self.behind("ELSEIF", &["IF"]).is_ok_and(|at| at < end) {
+                        self.next = end;
+                        return Err("ELSEIF is not understood: write an IF within ELSE".to_owned());
+                    }
                     self.next = otherwise.ok().filter(|at| *at < end).unwrap_or(end);
                     Ok(())
                 }
@@ -250,6 +254,7 @@ impl<'a> Run<'a> {
                 return Err(why.into());
             }
         };
+        self.doubt_limit(rest);
         self.registers.set(number, Ok(from));
         if (to - from) * step < 0.0 {
             self.next = self.behind("ENDFOR", &["FOR"])?;
@@ -257,6 +262,25 @@ impl<'a> Run<'a> {
             self.loops.push((self.next, number, to, step));
         }
         Ok(())
+    }
+
+    /// A loop that changes its own limit may end by the new one or by that of its beginning.
+    fn doubt_limit(&mut self, ends: &str) {
+        let limit = ends.rfind("TO").and_then(|at| register(ends.get(at + 2..)?.trim(), "R"));
+        let Some((limit, _)) = limit else { return };
+        let end = self.behind("ENDFOR", &["FOR"]).unwrap_or(self.next);
+        let sets = |own: &&Statement| {
+            let set = register(own.text.trim(), "R");
+            set.is_some_and(|(own, rest)| own == limit && rest.trim_start().starts_with('='))
+        };
+        let body = self.source.statements.get(self.next..end).unwrap_or_default();
+        if let Some(own) = body.iter().find(sets) {
+            let what = format!(
+                "R[{limit}] is the limit of the FOR around it: the passes are those of the value \
+                 at the FOR"
+            );
+            self.log.warning(Code::MotionLeftOut, own.line, what);
+        }
     }
 
     pub(super) fn end_for(&mut self) -> Result<(), String> {

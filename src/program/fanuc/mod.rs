@@ -63,6 +63,15 @@ pub(super) fn read(source: &str, settings: &Settings, log: &mut Log) {
     if let Some(line) = source.moves_behind_end {
         behind_end(log, line);
     }
+    let moves = |own: &&text::Statement| text::is_motion(own.text.trim());
+    if let (Some(groups), Some(first)) = (&source.without_arm, source.statements.iter().find(moves))
+    {
+        let what = format!(
+            "{groups}: the program moves other groups, and the arm (group 1) stands: check a \
+             program that moves the arm"
+        );
+        log.error(Code::Motion, first.line, what);
+    }
     if let Some((line, schedule)) = &source.tracks {
         let what = format!(
             "LINE_TRACK_SCHEDULE_NUMBER is {schedule}: the positions move with a conveyor, which \

@@ -330,6 +330,9 @@ impl<'a> Run<'a> {
     pub(super) fn set_signal(&mut self, text: &str, statement: &Statement) -> bool {
         let Some((name, value)) = assignment(text) else { return false };
         let mut given = self.given(value, statement);
+        if let "ON" | "OFF" = value.trim() {
+            given.value = Ok(f64::from(u8::from(value.trim() == "ON")));
+        }
         // An analog output counts, unless the program itself writes a fraction.
         let writes_fraction = value.trim().parse::<f64>().is_ok() && value.contains('.');
         given.whole = starts_with(name, "GO[") || starts_with(name, "AO[") && !writes_fraction;

@@ -57,6 +57,8 @@ pub(super) struct Source {
     pub(super) tools: Numbers,
     /// Line and number of the schedule by which positions follow a conveyor.
     pub(super) tracks: Option<(usize, String)>,
+    /// DEFAULT_GROUP as it stands, where it leaves out group 1, the arm.
+    pub(super) without_arm: Option<String>,
     /// Line and name of what is DEFAULT_GROUP in another language.
     pub(super) translated: Option<(usize, String)>,
     /// Line and remark behind a statement, from its `;` on.
@@ -114,7 +116,12 @@ pub(super) fn parse(text: &str) -> Source {
             }
             _ => {
                 let name = trimmed.split('=').next().unwrap_or("").trim();
-                has_group |= section == "ATTR" && name.eq_ignore_ascii_case("DEFAULT_GROUP");
+                if section == "ATTR" && name.eq_ignore_ascii_case("DEFAULT_GROUP") {
+                    let groups = trimmed.split('=').nth(1).unwrap_or("").trim();
+                    let is_without = groups.starts_with('*');
+                    source.without_arm = is_without.then(|| trimmed.replace(';', ""));
+                    has_group = true;
+                }
                 if section == "ATTR"
                     && let Some(name) = named_groups(trimmed)
                 {
@@ -258,6 +265,14 @@ fn statement(
     // A remark without its ';' hides no statement behind it.
     if !goes_on && let Some(remark) = open.take_if(|own| is_dashed_remark(own.text.trim_start())) {
         source.statements.push(remark);
+    }
+    let is_numbered = at > start + content.len() - content.trim_start().len();
+    if !goes_on
+        && is_numbered
+        && let Some(cut) = open.take()
+    {
+        source.faults.push((cut.line, "the statement has no ';' before the next line".to_owned()));
+        source.statements.push(cut);
     }
     let mut new =
         open.take().unwrap_or(Statement { line, text: String::new(), places: Vec::new() });

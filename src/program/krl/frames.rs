@@ -104,6 +104,7 @@ impl<'a> Run<'a> {
     ) -> Result<Isometry3<f64>, String> {
         let own = frame(value.parts()?)?;
         self.is_flange = own == Isometry3::identity() && self.has_other_flange();
+        self.keeps_tool = false;
         if own == Isometry3::identity() {
             return tool_frame(self.settings, 0.0, "TOOL_DATA");
         }
@@ -164,6 +165,12 @@ impl<'a> Run<'a> {
                         {xyz_m: [0, 0, 0]} for the flange";
             self.log.warning(Code::ChangeIgnored, line, what);
         }
+        if self.keeps_tool {
+            let what = "BAS(#INITMOV) has taken tool 1 before, and TOOL_DATA[1] is in no file that \
+                        is read: the tool that held then is kept; path.program.tool_frames: {1: …} \
+                        in the job says where it is";
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
     }
 
     /// Whether the job has a tcp elsewhere than in the flange, and does not say where tool 0 is.
@@ -175,6 +182,7 @@ impl<'a> Run<'a> {
     pub(super) fn take_tool(&mut self, number: f64) -> Result<(), String> {
         self.tcp = self.tool_frame(number)?;
         self.is_flange = number == 0.0 && self.has_other_flange();
+        self.keeps_tool = false;
         let of_file = self.globals.get(&format!("tool_data[{number}]"));
         let is_of_file = matches!(of_file, Some(Value::Parts(_)));
         let of_job = tool_number(number).ok().filter(|_| !is_of_file);

@@ -69,6 +69,16 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
         }
     }
     file.data.extend(own);
+    for (line, name, list) in modules::borrowed(&texts) {
+        if !named_by_job(settings).contains(&name) {
+            let what = format!(
+                "'{name}' is taken from the data list {list}, which belongs to the program of that \
+                 name and declares it without GLOBAL: the controller takes it from this program's \
+                 own list or from $config.dat; name that file under path.program.files"
+            );
+            log.warning(Code::ChangeIgnored, line, what);
+        }
+    }
     match entry(&file, settings) {
         Ok(routine) => {
             let comments = Comments::of(text, ';', settings);

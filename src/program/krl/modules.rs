@@ -10,11 +10,16 @@ use super::lexer::Kind;
 use super::lines::{Line, lines};
 use super::words::is_predefined_type;
 
+/// Data that are those of the controller wherever they are given.
+const OF_CONTROL: [&str; 3] = ["tool_data", "base_data", "load_data"];
+
 /// What a file says of names, in lower case.
 #[derive(Default)]
 struct Declared {
     /// Of its data lists and its first routine.
     modules: HashSet<String>,
+    /// Of its data lists.
+    lists: HashSet<String>,
     /// With the module that they belong to; `None`: GLOBAL.
     names: Vec<(String, Option<String>)>,
 }
@@ -55,6 +60,45 @@ pub(super) fn renamed(texts: &[&str], kept: &HashSet<String>) -> Renamed {
     renamed
 }
 
+/// What the main file takes from the data list of another program alone, which shows it to none
+/// without GLOBAL: line, name and list of each.
+pub(super) fn borrowed(texts: &[&str]) -> Vec<(usize, String, String)> {
+    let all: Vec<Declared> = texts.iter().map(|text| declared(text)).collect();
+    let [main, others @ ..] = all.as_slice() else { return Vec::new() };
+    let of_main = texts.first().map_or_else(Vec::new, |text| lines(text, false));
+    let imported = of_main.iter().filter(|line| line.first() == "import").flat_map(words);
+    let own = main.names.iter().map(|(name, _)| name.as_str());
+    let own: HashSet<&str> = own.chain(imported).collect();
+    let for_all = others.iter().flat_map(|other| &other.names);
+    let for_all: HashSet<&String> =
+        for_all.filter(|(_, module)| module.is_none()).map(|(name, _)| name).collect();
+    let foreign = others.iter().flat_map(|other| other.names.iter().map(move |of| (other, of)));
+    let foreign: HashMap<String, String> = foreign
+        .filter_map(|(other, (name, module))| {
+            let module = module.as_ref().filter(|module| !main.modules.contains(*module))?;
+            let is_data = other.lists.contains(module) && module != "config";
+            let is_of_control = OF_CONTROL.contains(&name.as_str()) || name.starts_with("def_");
+            let is_seen =
+                is_of_control || own.contains(name.as_str()) || for_all.contains(name) || !is_data;
+            (!is_seen).then(|| (name.clone(), module.clone()))
+        })
+        .collect();
+    let mut found: Vec<(usize, String, String)> = Vec::new();
+    for line in &of_main {
+        let mut tokens = line.tokens().to_vec();
+        rename(&mut tokens, &foreign);
+        for (before, after) in line.tokens().iter().zip(&tokens) {
+            if let (Kind::Word(name), Kind::Word(list)) = (before, after)
+                && name != list
+                && found.iter().all(|(_, known, _)| known != name)
+            {
+                found.push((line.number, name.clone(), list.clone()));
+            }
+        }
+    }
+    found
+}
+
 /// The names that files declare for all programs: GLOBAL, or in a list of the controller.
 pub(super) fn for_all(texts: &[&str]) -> HashSet<String> {
     let all = texts.iter().flat_map(|text| declared(text).names);
@@ -71,6 +115,7 @@ fn declared(text: &str) -> Declared {
             "defdat" => {
                 list = words(&line).nth(1).map(str::to_owned);
                 found.modules.extend(list.clone());
+                found.lists.extend(list.clone());
             }
             "enddat" => list = None,
             "def" | "deffct" => {

@@ -265,7 +265,10 @@ impl<'a> Run<'a> {
         // Where there is none the robot has its flange until it is told another.
         match self.take_tool(1.0) {
             Ok(()) => self.acts("$act_tool", 1.0),
-            Err(_) => drop(self.globals.remove("$act_tool")),
+            Err(_) => {
+                self.globals.remove("$act_tool");
+                self.keeps_tool = self.tcp != Isometry3::identity();
+            }
         }
         self.globals.remove("$act_base");
         Ok(())

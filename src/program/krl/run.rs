@@ -124,6 +124,8 @@ pub(super) struct Run<'a> {
     pub(super) tcp: Isometry3<f64>,
     /// To the controller the tool is the flange, and the job's tcp is taken for it.
     pub(super) is_flange: bool,
+    /// Whether a tool is kept in place of tool 1, which nothing states.
+    pub(super) keeps_tool: bool,
     pub(super) base: Isometry3<f64>,
     /// Why the base that the program has chosen is not known.
     pub(super) no_base: Option<String>,
@@ -197,6 +199,7 @@ impl<'a> Run<'a> {
             budget: file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             tcp: settings.tcp.unwrap_or_default(),
             is_flange: false,
+            keeps_tool: false,
             base: settings.work_object.unwrap_or_default(),
             no_base: None,
             of_world: None,

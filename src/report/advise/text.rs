@@ -84,7 +84,9 @@ fn next(job: &AdvisedJob) -> String {
         Remedy::Kept(_) => true,
         Remedy::Scheduled(_) | Remedy::Infeasible => false,
     };
-    if !job.advice.is_clear() {
+    if operations.iter().any(|operation| operation.unchecked.is_some()) {
+        "put right why nothing was checked, then run advise again".to_owned()
+    } else if !job.advice.is_clear() {
         apply_a_lever(job)
     } else if job.exceeds_a_limit() {
         "cut less deep or slower, or change the limit of the policy, then run advise again"

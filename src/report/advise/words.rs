@@ -70,6 +70,9 @@ pub(super) fn reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
     let parts: Vec<String> = reasons(job, operation).into_iter().map(|(_, part)| part).collect();
     let all = parts.join("; ");
     let Remedy::Infeasible = operation.remedy else { return all };
+    if operation.unchecked.is_some() {
+        return format!("operation '{}': {all}", operation.name);
+    }
     let levers = match operation.levers.first() {
         Some(best) if best.rpm.is_some() => format!("to open a gap: {}", lever(best)),
         _ => "no remedy that the job allows opens a gap".to_owned(),
@@ -82,6 +85,9 @@ pub(in crate::report) fn reasons(
     job: &AdvisedJob,
     operation: &OperationAdvice,
 ) -> Vec<(&'static str, String)> {
+    if let Some(why) = &operation.unchecked {
+        return vec![("why", format!("{why}; so no speed is known to be safe"))];
+    }
     let mut facts = Vec::new();
     match &operation.remedy {
         Remedy::Constant(constant) => {
@@ -172,6 +178,9 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
             }
         }
         [] if operation.is_schedule_programmed => best,
+        [] if !operation.set.holds(operation.programmed_rpm) => {
+            format!("{best}; at the {programmed} nothing is checked")
+        }
         [] => match job.advice.options.objective {
             Objective::Nearest => format!("{best}, which is also safe"),
             _ => format!("{best}; the {programmed} is also safe"),

@@ -9,6 +9,7 @@ use super::operation::{CheckedOperation, operations};
 use super::sentences;
 use crate::notes::{Note, Severity};
 use crate::report::{paths, words};
+use crate::risk::Verdict;
 use crate::study::check::CheckedJob;
 use crate::wording::{printable, visible};
 
@@ -18,9 +19,9 @@ const MAX_ANNOTATIONS: usize = 10;
 /// At most so many jobs are named in the last line.
 const MAX_NAMED: usize = 10;
 
-/// The results of `detune check` as workflow commands, `error` for resonance, `warning` for
-/// uncertain, `notice` for accepted, and a last line for the log. Files below `root` (an absolute
-/// path, the folder that the command ran in) are named relative to it.
+/// The results of `detune check` as workflow commands, `error` for resonance and what is
+/// unchecked, `warning` for uncertain, `notice` for accepted, and a last line for the log. Files
+/// below `root` (an absolute path, the folder that the command ran in) are named relative to it.
 pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     let operations: Vec<_> = jobs.iter().flat_map(operations).collect();
     let found: Vec<_> = operations
@@ -32,7 +33,8 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     let mut text = String::new();
     let warnings = jobs.iter().flat_map(|job| &job.risk.warnings);
     for warning in warnings.filter(|w| w.counts()) {
-        let level = match (warning.is_open_breach(), warning.leaves_doubt()) {
+        let fails = warning.is_open_breach() || warning.best_verdict() == Verdict::Unchecked;
+        let level = match (fails, warning.leaves_doubt()) {
             (true, _) => "error",
             (false, true) => "warning",
             (false, false) => "notice",

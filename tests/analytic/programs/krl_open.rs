@@ -369,3 +369,38 @@ fn tool_0_under_the_tcp_of_the_job_is_a_doubt() {
         }
     }
 }
+
+/// Inline forms call their points alike in every program: what another's list declares is not this one's.
+#[test]
+fn data_of_another_programs_list_are_a_doubt() {
+    let of = |list: &str, body: &str| {
+        let companions = vec![Companion { name: "b.dat".to_owned(), text: list.to_owned() }];
+        doubts(&with(&format!("{START}\n{body}"), &Settings { companions, ..settings() }).unwrap())
+    };
+    const POINT: &str = "E6POS XP1={X 30,Y 0,Z 500,A 0,B 0,C 180}\nENDDAT\n";
+    let list = |head: &str, declares: &str| format!("DEFDAT {head}\n{declares} {POINT}");
+    assert_eq!(of(&list("sub", "DECL"), "LIN XP1"), [(Code::ChangeIgnored, 4)]);
+    assert_eq!(of(&list("sub PUBLIC", "DECL"), "LIN XP1\nLIN XP1"), [(Code::ChangeIgnored, 4)]);
+    for (list, body) in [
+        (list("p", "DECL"), "LIN XP1"),
+        (list("sub PUBLIC", "DECL GLOBAL"), "LIN XP1"),
+        (list("$CONFIG", "DECL"), "LIN XP1"),
+        // A component has its own names.
+        ("DEFDAT sub\nREAL X=5\nENDDAT\n".to_owned(), "LIN {X 9}"),
+    ] {
+        assert_eq!(of(&list, body), [], "{list}");
+    }
+}
+
+/// BAS(#INITMOV) takes tool 1 (bas.src, INITMOV), which a program with a tool of its own need not state.
+#[test]
+fn a_tool_that_is_kept_in_place_of_tool_1_is_a_doubt() {
+    let of = |behind: &str| {
+        let body = format!(
+            "$TOOL={{X 0,Y 0,Z 250,A 0,B 0,C 0}}\nBAS(#INITMOV,0)\n$VEL.CP=0.1\n{behind}LIN {{X 9,Y 0,Z 500,A 0,B 0,C 180}}"
+        );
+        doubts(&with(&body, &settings()).unwrap())
+    };
+    assert_eq!(of(""), [(Code::ChangeIgnored, 6)]);
+    assert_eq!(of("$TOOL={X 0,Y 0,Z 250,A 0,B 0,C 0}\n"), []);
+}

@@ -449,3 +449,65 @@ fn a_speed_by_name_is_asked_for_with_its_unit() {
         |note: &Note| note.what.contains("{\"WELD_SPEED\": …} in the job can give it, in mm/sec");
     assert!(found.warnings.iter().any(told), "{:?}", found.warnings);
 }
+
+/// The mask of a program names the groups that it moves, whatever its positions have.
+#[test]
+fn a_program_that_leaves_out_the_arm_is_refused_where_it_moves() {
+    let of = |groups: &str, statements: &str| {
+        let point = point(1, [0.0; 3], "");
+        let text = format!(
+            "/PROG T\n/ATTR\nDEFAULT_GROUP = {groups};\n/MN\nUFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\n{statements}/POS\n{point}/END\n"
+        );
+        read(text.as_bytes(), Dialect::Fanuc, &job(&[]))
+    };
+    let line = "L P[1] 100mm/sec FINE ;\n";
+    assert_eq!(moves(&of("1,*,*,*,*", line)), 1);
+    assert_eq!(moves(&of("1,1,*,*,*", line)), 1);
+    for groups in ["*,1,*,*,*", "*,*,*,*,*"] {
+        refused(of(groups, line), 7, "and the arm (group 1) stands");
+        let still = of(groups, "DO[1]=ON ;\n").unwrap_err();
+        assert!(!still[0].what.contains("stands"), "{still:?}");
+    }
+}
+
+/// A number and a colon begin a statement: one that is open there lacks its ';'.
+#[test]
+fn a_line_that_is_not_ended_swallows_none() {
+    for open in ["DO[1]=ON", "R[1]=5", "WAIT .50(sec)", "MESSAGE[ON]"] {
+        let text = format!("   4:  {open}\n   5:{MOVE}   6:{MOVE}");
+        refused(tp(&text), 6, "has no ';' before the next line");
+    }
+    let arc = "   4:C P[2]\n    :  P[3] 9mm/sec FINE ;\n   5:L P[4] 9mm/sec FINE ;\n";
+    assert_eq!(moves(&tp(arc)), 2);
+}
+
+#[test]
+fn branches_and_limits_that_are_not_certain_are_told() {
+    let branch = format!(
+        "R[1]=2 ;\nIF (R[1]=1) THEN ;\n{MOVE}ELSEIF (R[1]=2) THEN ;\n{MOVE}ENDIF ;\n{MOVE}"
+    );
+    refused(tp(&branch), 7, "ELSEIF is not understood");
+    let of_loop = |body: &str| {
+        tp(&format!(
+            "R[2]=2 ;\nFOR R[1]=1 TO R[2] ;\n{MOVE}{body}L P[3] 9mm/sec FINE ;\nENDFOR ;\n"
+        ))
+    };
+    assert_eq!(told(&of_loop("R[2]=5 ;\n"), Code::MotionLeftOut), [9]);
+    assert!(told(&of_loop("R[3]=5 ;\n"), Code::MotionLeftOut).is_empty());
+    assert_eq!(moves(&of_loop("")), 4);
+}
+
+/// A digital output that is on counts as one unit.
+#[test]
+fn a_digital_output_turns_the_spindle() {
+    let what = Setter::Signal("DO[5]".to_owned());
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 8000.0 }), ..job(&[]) };
+    let found = with(&format!("DO[5]=ON ;\n{MOVE}DO[5]=OFF ;\nJ P[3] 9% FINE ;\n"), &job).unwrap();
+    let set = found.spindle.iter().map(|it| (it.line, it.spindle.rpm())).collect::<Vec<_>>();
+    assert_eq!(set, [(6, Some(8000.0)), (8, None)]);
+    assert!(
+        found.warnings.iter().all(|it| it.code != Code::SpindleCommand),
+        "{:?}",
+        found.warnings
+    );
+}
