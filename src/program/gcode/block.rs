@@ -2,7 +2,7 @@
 
 use super::abbreviated::output;
 use super::comments::behind_comment;
-use super::expression::{Reader, not_vacant};
+use super::expression::{Reader, VACANT, not_vacant};
 use super::parameters::{Key, NOT_SET, Parameters, Set};
 use super::variables;
 use crate::program::span::Span;
@@ -73,6 +73,8 @@ pub(super) struct Block {
     pub(super) texts: Vec<String>,
     /// Why H, which gives a length beside G43 or G44, is not known.
     pub(super) unset_length: Option<String>,
+    /// Left out a word whose parameter is vacant.
+    leaves_out: bool,
 }
 
 impl Block {
@@ -111,6 +113,13 @@ impl Block {
         self.names.len() == 1 && self.words.iter().all(|word| word.letter == b'N')
     }
 
+    /// Whether it says without axes, too, what it says with them: G28 or G52 alone may not.
+    fn is_plain(&self) -> bool {
+        const PLAIN: [i64; 17] =
+            [0, 10, 20, 30, 170, 180, 190, 400, 540, 550, 560, 570, 580, 590, 900, 910, 940];
+        self.codes('G').all(|code| PLAIN.contains(&code))
+    }
+
     /// `L1`, behind its number.
     fn is_short_label(&self, parameters: &Parameters) -> bool {
         let words = self.words.iter().filter(|word| word.letter != b'N').count();
@@ -122,9 +131,12 @@ impl Block {
         self.names.clear();
         self.sets.clear();
         self.texts.clear();
-        (self.optional, self.mark, self.unset_length) = (false, false, None);
+        (self.optional, self.mark, self.leaves_out, self.unset_length) = Default::default();
     }
 }
+
+/// Letters of words that are left out where their parameter is vacant.
+const LEFT_OUT: &[u8] = b"ABCFIJKRSUVWXYZ";
 
 /// Longer names are shown in part.
 const MAX_NAME: usize = 20;
@@ -168,6 +180,9 @@ pub(super) fn parse(
     loop {
         lexer.skip()?;
         let Some(byte) = lexer.byte() else {
+            if block.leaves_out && !block.is_plain() {
+                return Err(VACANT.to_owned());
+            }
             let unset = block.unset_length.clone().filter(|_| !block.compensates());
             return unset.map_or(Ok(()), Err);
         };
@@ -472,11 +487,18 @@ impl<'t> Lexer<'t> {
             || (matches!(self.byte(), Some(b'-' | b'+')) && self.sign_of_expression())
             || self.byte().is_some_and(|b| b.is_ascii_alphabetic()) && self.starts_function()
         {
+            let number = self.bytes.get(self.at + 1).filter(|_| self.byte() == Some(b'#'));
+            let is_parameter = number.is_some_and(|byte| matches!(byte, b'1'..=b'9'));
             let (value, span) = match self.expression(Reader::primary) {
                 // The number of a tool's length, which the controller may keep in a parameter.
                 Err(why) if letter == b'H' && why.contains(NOT_SET) => {
                     self.skip_primary();
                     block.unset_length = Some(why);
+                    return Ok(());
+                }
+                // Fanuc ignores an address whose parameter is vacant.
+                Err(why) if why == VACANT && is_parameter && LEFT_OUT.contains(&letter) => {
+                    block.leaves_out = true;
                     return Ok(());
                 }
                 found => found?,

@@ -403,8 +403,8 @@ impl<'t> Reader<'t> {
 const NO_NUMBER: &str = "expected a number in an expression";
 
 /// What is said where a parameter without a value is used as a number.
-const VACANT: &str = "a parameter that has no value (#0, or a letter that the call does not give) \
-                      stands where a number is expected";
+pub(super) const VACANT: &str = "a parameter that has no value (#0, or a letter that the call \
+                                 does not give) stands where a number is expected";
 
 /// Two numbers nearer than this are equal, as LinuxCNC has it.
 const EQUAL: f64 = 1e-6;

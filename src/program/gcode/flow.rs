@@ -401,7 +401,10 @@ impl<'t> Flow<'t> {
                 let (_, end) = *end.ok_or("WHILE without DO and END of its number")?;
                 let truth = condition.and_then(|(truth, behind)| {
                     let behind = content.get(behind..).unwrap_or("").trim_start();
-                    self.nothing_behind_number(behind).map(|()| truth)
+                    match self::keyword(behind) {
+                        "DO" => self.nothing_behind_number(behind).map(|()| truth),
+                        _ => Err(format!("'{behind}' stands where DO is expected")),
+                    }
                 });
                 self.enter_loop(truth, end + 1).map(|()| true)
             }

@@ -1,5 +1,6 @@
 //! O-words of LinuxCNC's: `o100 sub`, `o<name> call [5]`, `o#1 call`.
 
+use super::comments::behind_comment;
 use super::expression::Reader;
 use super::parameters::Parameters;
 
@@ -56,25 +57,37 @@ pub(super) fn computed(
     Ok(Some((label, keyword, reader.at)))
 }
 
-/// Whether nothing but conditions and values in brackets stands behind an O-word.
+/// Whether nothing but conditions and values in brackets stands behind an O-word; REPEAT's number
+/// is read without these, too.
 pub(super) fn nothing_behind(keyword: &str, rest: &str) -> Result<(), String> {
-    let mut depth = [0_usize; 3];
-    for (at, byte) in rest.bytes().enumerate() {
-        let kind = b"[(<".iter().position(|open| *open == byte);
-        let end = b"])>".iter().position(|close| *close == byte);
-        match (kind, end) {
-            (Some(kind), _) => depth[kind] += 1,
-            (_, Some(kind)) => depth[kind] = depth[kind].saturating_sub(1),
-            _ if depth != [0; 3] => {}
-            _ if byte == b';' => break,
-            _ if byte.is_ascii_alphabetic() => {
+    let is_number = |c: char| c == '#' || c.is_ascii_digit();
+    let rest = match keyword {
+        "REPEAT" => {
+            let behind = rest.trim_start().trim_start_matches(is_number);
+            let name = behind.strip_prefix('<').and_then(|name| name.split_once('>'));
+            name.map_or(behind, |(_, behind)| behind)
+        }
+        _ => rest,
+    };
+    let (mut at, mut depth) = (0, 0_usize);
+    while let Some(byte) = rest.as_bytes().get(at) {
+        match byte {
+            b'(' => {
+                at = behind_comment(rest.as_bytes(), at)?;
+                continue;
+            }
+            b'[' => depth += 1,
+            b']' => depth = depth.saturating_sub(1),
+            b';' => break,
+            byte if depth > 0 || byte.is_ascii_whitespace() || byte.is_ascii_control() => {}
+            _ => {
                 let behind = rest.get(at..).unwrap_or("").trim();
                 return Err(format!(
                     "'{behind}' behind {keyword} is not read; write it in a block of its own"
                 ));
             }
-            _ => {}
         }
+        at += 1;
     }
     Ok(())
 }

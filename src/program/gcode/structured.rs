@@ -46,7 +46,10 @@ impl Flow<'_> {
                 }
             }
             "REPEAT" => self.repeat_from(rest, line)?,
-            "GOTO" | "GOTOF" | "GOTOB" | "GOTOC" => self.go_to(word, rest, line)?,
+            "GOTO" | "GOTOF" | "GOTOB" | "GOTOC" => match target(rest) {
+                (target, "") => self.go_to(word, target, line)?,
+                (target, behind) => return Err(not_read(behind, word, target)),
+            },
             "CASE" => self.case(rest, line)?,
             _ => return Err(format!("{word} is not supported")),
         }
@@ -69,13 +72,10 @@ impl Flow<'_> {
         if let Some(at) = upper.find("GOTO") {
             let (condition, jump) = rest.split_at(at);
             let jump = split(jump).ok_or("IF: expected GOTO, GOTOF, GOTOB or GOTOC")?;
-            let (word, target) = (jump.0, jump.1.trim_start());
-            let length = target.find(char::is_whitespace).unwrap_or(target.len());
-            let (target, behind) = target.split_at(length);
-            let behind = behind.trim();
+            let (word, (target, behind)) = (jump.0, target(jump.1));
             let next = split(behind).filter(|(word, _)| *word == "IF");
             if next.is_none() && !behind.is_empty() {
-                return Err(format!("'{behind}' behind {word} {target} is not read"));
+                return Err(not_read(behind, word, target));
             }
             return match (self.truth(condition)?, next) {
                 (true, _) => self.go_to(word, target, line),
@@ -237,4 +237,15 @@ impl Flow<'_> {
 fn is_label(target: &str) -> bool {
     let begins = target.bytes().take_while(|byte| byte.is_ascii_alphabetic() || *byte == b'_');
     begins.count() >= 2 && target.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+}
+
+/// Where a jump leads, and what stands behind that.
+fn target(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    let (target, behind) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+    (target, behind.trim_start())
+}
+
+fn not_read(behind: &str, word: &str, target: &str) -> String {
+    format!("'{behind}' behind {word} {target} is not read")
 }

@@ -1,5 +1,7 @@
 //! Jumps, subprograms and repeats: LBL, CALL LBL with REP, FN 9 to FN 12.
 
+use std::collections::HashSet;
+
 use super::Reader;
 use super::block::content;
 
@@ -27,6 +29,48 @@ impl Reader<'_, '_> {
             self.next = self.label(label)?;
         }
         Ok(())
+    }
+
+    /// The blocks of subprograms, up to LBL 0, that stand behind the last end of the program and
+    /// that nothing in it calls, as templates leave them.
+    pub(super) fn uncalled(&self) -> HashSet<usize> {
+        let texts = || self.blocks.iter().map(|block| content(block.parts[0].1));
+        let mut called = HashSet::new();
+        for text in texts().filter(|text| !text.starts_with("LBL")) {
+            let leads = text.starts_with("CALL") || text.contains("GOTO");
+            match text.split_once("LBL") {
+                Some((_, label)) if leads => {
+                    let label = label.trim_start();
+                    let named = label.strip_prefix('"').and_then(|name| name.split('"').next());
+                    let number = || label.split(|c: char| !c.is_ascii_alphanumeric()).next();
+                    called.extend(named.or_else(number));
+                }
+                // Contours by their labels.
+                _ if text.contains("LABEL") => return HashSet::new(),
+                _ => {}
+            }
+        }
+        let has_computed = called.iter().any(|label| label.starts_with('Q'));
+        let (mut found, mut open, mut is_called) = (HashSet::new(), None, false);
+        for (index, block) in self.blocks.iter().enumerate().skip(self.next) {
+            let label = content(block.parts[0].1).strip_prefix("LBL");
+            match label.map(|label| label.trim().trim_matches('"')) {
+                Some("0") => {
+                    let heads = open.take().filter(|_| !is_called).into_iter();
+                    found.extend(heads.flat_map(|head| head..index));
+                    is_called = false;
+                }
+                Some(label) => {
+                    open.get_or_insert(index);
+                    is_called |= has_computed || called.contains(label);
+                }
+                None if self.parsed(block).ends_program() => {
+                    (found, open) = (HashSet::new(), None);
+                }
+                None => {}
+            }
+        }
+        found
     }
 
     fn label(&self, label: &str) -> Result<usize, String> {

@@ -80,8 +80,10 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
         })
     };
     let left = left_over(&reader.ran, reader.next, &heads);
-    let left = left.into_iter().filter_map(|block| reader.blocks.get(block));
-    if let Some(text) = left.into_iter().find(|text| moves(text)) {
+    let idle = reader.uncalled();
+    let left = left.into_iter().filter(|block| !idle.contains(block));
+    let mut left = left.filter_map(|block| reader.blocks.get(block));
+    if let Some(text) = left.find(|text| moves(text)) {
         behind_end(reader.cutter.log, text.line);
     }
 }

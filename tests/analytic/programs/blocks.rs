@@ -5,7 +5,7 @@ use detune::motion::Timing;
 use detune::notes::{Class, Code};
 use detune::program::{Dialect, DwellUnit, Program, Settings, read};
 
-use super::support::{assert_ends, at, ended, faults, settings};
+use super::support::{assert_ends, at, end, ended, faults, settings};
 
 fn read_with(text: &str, dialect: Dialect, settings: &Settings) -> Program {
     read(ended(text, dialect).as_bytes(), dialect, settings)
@@ -408,8 +408,27 @@ fn letters_that_a_macro_call_does_not_give_are_vacant() {
     };
     ends("G65 P2", 40.0, 3.0);
     ends("G65 P2 A7 B0", 7.0, 0.0);
-    let found = faults(&text("G65 P2").replace("#2=3\n", ""), Dialect::GCode);
-    assert!(found[0].what.contains("no value"), "{found:?}");
+    // A word by a vacant one is left out (Fanuc), where the block says no other thing without it.
+    let left = |block: &str| {
+        let text = text("G65 P2").replace("#2=3\nN9 G0 X#1 Y#2", block);
+        gcode(&text.replace("X0 Y0 Z5", "X1 Y2 Z5"))
+    };
+    for (block, [x, y, z]) in [
+        ("G0 X#1 Y#2", [40.0, 2.0, 5.0]),
+        ("G1 Z#2Y7 F900", [1.0, 7.0, 5.0]),
+        ("G90 G54 G0 X#2 Y#1 S#2", [1.0, 40.0, 5.0]),
+        ("G1 F600 X#1\nY9 F#2", [40.0, 9.0, 5.0]),
+    ] {
+        let program = left(block);
+        let last = end(program.moves.last().unwrap()).1.translation;
+        let found = [last.x, last.y, last.z].map(|m| m * 1e3);
+        assert!((0..3).all(|i| (found[i] - [x, y, z][i]).abs() < 1e-9), "{block}: {found:?}");
+    }
+    assert_eq!(left("G1 F600 X#1\nY9 F#2").moves.last().unwrap().feed_m_per_s, 0.01);
+    for block in ["G28 X#2", "G52 X#2", "G0 X-#2", "G0 X[#2]", "G0 X#0", "M98 P#2", "G81 Z#2 R1"] {
+        let found = faults(&text("G65 P2").replace("#2=3\nN9 G0 X#1 Y#2", block), Dialect::GCode);
+        assert!(found[0].what.contains("no value"), "{block}: {found:?}");
+    }
     ends("G65 P2 U5", 40.0, 3.0);
     let skipped = text("G65 P2 U5").replace("#2=3\n", "IF[#21EQ#0]GOTO9\n#2=8\n");
     let program = gcode(&skipped);

@@ -693,6 +693,31 @@ fn the_job_gives_the_radius_of_the_tool() {
     }
 }
 
+/// Templates keep subprograms that a program does not call: behind its last end nothing runs them.
+#[test]
+fn labels_behind_the_end_that_nothing_calls_are_no_doubt() {
+    let sub = "LBL 1\nL X+9 FMAX M99\nLBL 0\n";
+    for (behind, line) in [
+        (format!("L M30\n{sub}"), None),
+        (format!("L M30\n* - LBL 1\n{sub}LBL \"A\"\nL Y+9\nLBL 0\n"), None),
+        // Called where the run does not come, from beside it or by a label before it.
+        (format!("FN 9: IF +1 EQU +0 GOTO LBL 1\nL M30\n{sub}"), Some(7)),
+        (format!("L M30\n{sub}LBL 2\nCALL LBL 1\nLBL 0\n"), Some(6)),
+        (format!("FN 9: IF +1 EQU +0 GOTO LBL 2\nL M30\nLBL 2\n{sub}"), Some(8)),
+        // An end behind it, no end of it, and moves outside.
+        (format!("L M30\n{sub}L M30\n"), Some(6)),
+        ("L M30\nLBL 1\nL X+9\n".to_owned(), Some(6)),
+        (format!("L M30\nL X+7\n{sub}"), Some(5)),
+        (format!("L M30\n{sub}L X+7\n"), Some(8)),
+    ] {
+        let head = "BEGIN PGM A MM\nTOOL CALL 1 Z S3000 F200\nL X+0 Y+0 Z+5 R0 FMAX M3\n";
+        let program = conversational(&format!("{head}{behind}END PGM A MM\n")).unwrap();
+        let told = program.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+        let told: Vec<_> = told.filter_map(|note| note.place.line).collect();
+        assert_eq!(told, line.into_iter().collect::<Vec<_>>(), "{behind}");
+    }
+}
+
 /// Posts that name every program `.nc`.
 #[test]
 fn a_program_under_another_languages_name_is_told() {

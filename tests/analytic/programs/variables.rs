@@ -196,6 +196,11 @@ fn words_of_macros_may_be_cut() {
         ("o100 sub\nX#1\no100 endsub\no100 call [30] y50\n", "'y50' behind CALL is not read"),
         ("#1=1\no101 if [#1 eq 1] x77\nX1\no101 endif\n", "'x77' behind IF is not read"),
         ("#1=1\no101 if [#1 eq 1]\nX1\no101 endif x88\n", "'x88' behind ENDIF is not read"),
+        ("#1=1\no101 if [#1 eq 1] #1=5\nX#1\no101 endif\n", "'#1=5' behind IF is not read"),
+        ("o100 sub\nX#1\no100 endsub\n#1=2\no100 call #1\n", "'#1' behind CALL is not read"),
+        ("o1 if [1 gt 0]\nX1\no1 endif (a < b) x5\n", "'x5' behind ENDIF is not read"),
+        ("o1 repeat #<n> x5\nX1\no1 endrepeat\n", "'x5' behind REPEAT is not read"),
+        ("#1=1\nWHILE [#1 LT 1] X5 DO1\nX1\nEND1\n", "'X5 DO1' stands where DO is expected"),
     ] {
         let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
         let found = read(text.as_bytes(), Dialect::GCode, &settings()).unwrap_err();
@@ -203,6 +208,10 @@ fn words_of_macros_may_be_cut() {
     }
     let commented = "o1 repeat [2] (twice)\nX4 (a)\no1 endrepeat ; b\n";
     assert_eq!(of(commented), [4.0, 4.0]);
+    assert_eq!(
+        of("#1=2\n#<n>=1\no1 repeat #1\no2 repeat #<n> (b)\nX4\no2 endrepeat\no1 endrepeat\n"),
+        [4.0; 2]
+    );
     // The letter instead of the digit.
     for text in ["GO1 X60.\nN1 X5\n", "GO X20.\n", "GOTO 1 X60.\nN1 X5\n"] {
         let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 F200\n{text}M30\n");
