@@ -101,6 +101,11 @@ class Modes:
             a, b = np.where(same, middle, a), np.where(same, b, middle)
         self.sorted = [np.sort(np.concatenate([f[counts[:, k], k], at[r == k, k]])) for k in range(robot.n)]
 
+    def checks_nothing(self, spindle):
+        """No mode counts anywhere, or every line is somebody else's business at every speed."""
+        rpm = np.arange(spindle["min_rpm"], spindle["max_rpm"] + 0.5 * STEP_RPM, STEP_RPM)
+        return not any(map(len, self.sorted)) or all(ignored.all() for _, _, ignored in self.lines_at(rpm))
+
     def lines_at(self, rpm):
         """(order, line's frequency, whether it is somebody else's business) at speeds."""
         for _, _, order in self.lines:
@@ -493,6 +498,12 @@ def compare_job(detune, robot, job, file, scan, more):
             continue
         COUNTS["operations"] += 1
         modes = Modes(job, robot, path, scan)
+        # No speed is known to be safe, as a check of any says `unchecked`.
+        if modes.checks_nothing(job["spindle"]):
+            COUNTS["operations of which nothing is checked"] += 1
+            if status != "infeasible" or told["safe_speeds_rpm"] or "nothing was checked" not in told["reason"]:
+                fail(here, f"nothing is checked, told {status}: {told['reason']}")
+            continue
         compare_safe(modes, job["spindle"], told["safe_speeds_rpm"], here)
         if told["recommended_rpm"] is not None:
             compare_constant(modes, operation, told, here)

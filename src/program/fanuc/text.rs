@@ -271,7 +271,12 @@ fn statement(
         && is_numbered
         && let Some(cut) = open.take()
     {
-        source.faults.push((cut.line, "the statement has no ';' before the next line".to_owned()));
+        // The last case of a SELECT is listed without one.
+        let is_case = ["=", "ELSE,"].iter().any(|own| cut.text.trim_start().starts_with(own));
+        if !is_case {
+            let what = "the statement has no ';' before the next line";
+            source.faults.push((cut.line, what.to_owned()));
+        }
         source.statements.push(cut);
     }
     let mut new =

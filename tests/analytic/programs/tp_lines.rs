@@ -477,6 +477,16 @@ fn a_line_that_is_not_ended_swallows_none() {
         let text = format!("   4:  {open}\n   5:{MOVE}   6:{MOVE}");
         refused(tp(&text), 6, "has no ';' before the next line");
     }
+    // Listings have the last case of a SELECT so.
+    let select = |value: u32| {
+        format!(
+            "   4:  R[1]={value} ;\n   5:  SELECT R[1]=1,JMP LBL[1] ;\n   6:         ELSE,JMP LBL[2]\n   7:{MOVE}\
+             8:  LBL[1] ;\n   9:L P[3] 9mm/sec FINE ;\n  10:  LBL[2] ;\n  11:L P[4] 9mm/sec FINE ;\n"
+        )
+    };
+    assert_eq!([1, 2].map(|value| moves(&tp(&select(value)))), [2, 1]);
+    let last = select(3).replace("ELSE,JMP LBL[2]", "=2,JMP LBL[2]");
+    assert_eq!(moves(&tp(&last)), 3);
     let arc = "   4:C P[2]\n    :  P[3] 9mm/sec FINE ;\n   5:L P[4] 9mm/sec FINE ;\n";
     assert_eq!(moves(&tp(arc)), 2);
 }
