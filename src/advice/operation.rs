@@ -50,12 +50,14 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
     for (operation, advice) in job.operations.iter().zip(&mut operations) {
         let nothing = nothing(job, operation, advice);
         let not_followed = not_followed(job, operation, advice, options.objective);
-        if let Some(note) = &nothing
-            && warnings(job, [note.clone()]).iter().all(|warning| warning.accepted.is_none())
-        {
-            leave_unchecked(advice, &note.what);
+        if let Some(why) = nothing {
+            let note = about_operation(job, operation, Code::NothingChecked, why.clone());
+            if warnings(job, [note.clone()]).iter().all(|warning| warning.accepted.is_none()) {
+                leave_unchecked(advice, why);
+            }
+            notes.push(note);
         }
-        notes.extend(nothing.into_iter().chain(not_followed).chain(advice.notes.iter().cloned()));
+        notes.extend(not_followed.into_iter().chain(advice.notes.iter().cloned()));
     }
     Ok(JobAdvice {
         warnings: notes,
@@ -70,11 +72,8 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
 }
 
 /// No speed is known to be safe where nothing was checked.
-fn leave_unchecked(advice: &mut OperationAdvice, what: &str) {
-    // Without the operation, which stands beside it.
-    let why =
-        what.split_once("nothing was checked").map_or(what, |(before, _)| &what[before.len()..]);
-    advice.unchecked = Some(why.to_owned());
+fn leave_unchecked(advice: &mut OperationAdvice, why: String) {
+    advice.unchecked = Some(why);
     advice.remedy = Remedy::Infeasible;
     advice.set = SafeSet { safe: Vec::new(), closed: Vec::new() };
     (advice.constant, advice.no_schedule, advice.bind) = (None, None, None);
@@ -88,8 +87,8 @@ fn leave_unchecked(advice: &mut OperationAdvice, what: &str) {
     }
 }
 
-/// A warning where a safe speed means nothing, as nothing counts.
-fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option<Note> {
+/// Why a safe speed means nothing, where nothing counts.
+fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option<String> {
     let separation = match &advice.remedy {
         Remedy::Constant(constant) => constant.separation,
         Remedy::Kept(kept) => kept.separation,
@@ -101,8 +100,7 @@ fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option
         lines: separation.is_some() || advice.mode_ranges.is_empty(),
         modes: !advice.mode_ranges.is_empty(),
     };
-    let what = nothing_checked(job, &counted)?;
-    Some(about_operation(job, operation, Code::NothingChecked, what))
+    nothing_checked(job, &counted)
 }
 
 /// A remark where the program can set a share of the speeds alone.
