@@ -78,11 +78,10 @@ impl<'a> Path<'a> {
                     let beside =
                         beside_configurations(robot, &kinematics, moves, &knots, &segments);
                     let found_start = (rank > 0).then(|| start.clone());
-                    let said = first.stated.uncompared.as_ref();
-                    let said = said.filter(|_| start_near.is_none());
+                    let said = said_of_start(moves).filter(|_| start_near.is_none());
                     let open_start = said
                         .filter(|_| has_other_arm(&starts, start))
-                        .map(|said| (first.line, Arc::clone(said), shown_joints(robot, start)));
+                        .map(|(line, said)| (line, said, shown_joints(robot, start)));
                     let mut path = Self::assemble(robot, kinematics, knots, segments);
                     (path.found_start, path.beside) = (found_start, beside);
                     (path.open_start, path.open_sides) = (open_start, open_sides);
@@ -111,6 +110,24 @@ impl<'a> Path<'a> {
         }
         Err(furthest.map_or_else(Vec::new, all_of))
     }
+}
+
+/// What the program says of the arm configuration at the start that is not compared with joint
+/// positions, and its line: there, or, where the first move has none, at the first target that has
+/// one and is reached in the configuration of the start.
+fn said_of_start(moves: &[Move]) -> Option<(usize, Arc<str>)> {
+    let first = moves.first()?;
+    if let Some(said) = &first.stated.uncompared {
+        return Some((first.line, Arc::clone(said)));
+    }
+    if first.stated.configuration.is_some() {
+        return None;
+    }
+    let keeps = |next: &&Move| matches!(next.to, Target::Line(_) | Target::Arc { .. });
+    let later = moves.iter().skip(1).take_while(keeps);
+    later.filter_map(|a_move| Some((a_move, a_move.stated.configuration.as_ref()?))).find_map(
+        |(a_move, asked)| asked.sides.is_some().then(|| (a_move.line, asked.shown.as_str().into())),
+    )
 }
 
 /// Whether others of the joint positions at which a path may start have the arm elsewhere. A wrist

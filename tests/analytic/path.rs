@@ -432,6 +432,22 @@ fn a_start_that_other_arm_configurations_reach_is_told() {
     assert_eq!(open(&HOME, Some(&HOME)), None);
     // Backwards it is 1.42 m away; with the elbow down axis 5 had to be at 129°.
     assert_eq!(open(&[0.2, 0.6, -0.6, 0.1, 1.2, -0.4], None), None);
+
+    // Nothing is said at the start, and something at the end of a line that keeps its configuration.
+    let later = |to: fn(Isometry3<f64>) -> Target| {
+        let a = tcp_pose(&robot, &HOME, &tool());
+        let b = shifted(&a, [-0.01, 0.0, 0.0], [0.0; 3]);
+        let mut line = moves(vec![Target::JointsTo(a), Target::Line(a), to(b)], tool());
+        let sides = Sides { name: "F D B".to_owned(), as_at_zero: [Some(false); 2] };
+        let (shown, joints) = ("F D B".to_owned(), Vec::new());
+        let configuration = Configuration { shown, joints, sides: Some(sides) };
+        let configuration = Some(Arc::new(configuration));
+        line[2].stated = Arc::new(Stated { configuration, ..Stated::default() });
+        let path = Path::plan(&robot, &line, None).unwrap();
+        path.open_start().map(|(line, said, _)| (line, said.to_owned()))
+    };
+    assert_eq!(later(Target::Line), Some((22, "F D B".to_owned())));
+    assert_eq!(later(Target::JointsTo), None);
 }
 
 /// Counted from 1.
