@@ -20,8 +20,19 @@ impl<'a> Run<'a> {
         if !behind.trim().is_empty() {
             return Err(format!("'{}' behind JMP LBL[{number}] is not understood", behind.trim()));
         }
-        let at = self.labels.get(&number).copied();
-        let at = at.ok_or_else(|| format!("LBL[{number}] is not in this program"))?;
+        let lines = |at: usize| self.source.statements.get(at).map_or(0, |own| own.line);
+        let at = match self.labels.get(&number).map_or(&[][..], Vec::as_slice) {
+            [] => return Err(format!("LBL[{number}] is not in this program")),
+            [at] => *at,
+            [first, second, ..] => {
+                return Err(format!(
+                    "LBL[{number}] stands in lines {} and {}: which is meant is not known; number \
+                     the labels apart",
+                    lines(*first),
+                    lines(*second)
+                ));
+            }
+        };
         // A loop that is left is over.
         let statements = &self.source.statements;
         self.loops.retain(|(start, ..)| (*start..end_of_loop(statements, *start)).contains(&at));
@@ -162,7 +173,7 @@ impl<'a> Run<'a> {
     fn label_ahead(&self, action: &str) -> Option<usize> {
         let target = action.get(3..).filter(|_| starts_with(action, "JMP"))?.trim();
         let (number, _) = self.registers.numbered(target, "LBL").ok()??;
-        self.labels.get(&number).copied().filter(|at| *at >= self.next)
+        self.labels.get(&number)?.first().copied().filter(|at| *at >= self.next)
     }
 
     /// `SELECT R[1]=1,JMP LBL[1]` with the cases behind it, `=2,CALL x` and `ELSE,JMP LBL[9]`, each
@@ -317,14 +328,18 @@ pub(super) fn decides(why: &str) -> String {
 }
 
 /// Whether a statement may leave a part of the program.
-fn leads_out(own: &Statement, labels: &HashMap<i64, usize>, part: RangeInclusive<usize>) -> bool {
+fn leads_out(
+    own: &Statement,
+    labels: &HashMap<i64, Vec<usize>>,
+    part: RangeInclusive<usize>,
+) -> bool {
     let text = own.text.trim();
     let Some(behind) = text.find("JMP").and_then(|at| text.get(at..)) else {
         return matches!(text, "END" | "ABORT");
     };
     let target = behind.find("LBL").and_then(|at| register(behind.get(at..)?, "LBL"));
     // A label by a register may be any.
-    let at = target.and_then(|(number, _)| labels.get(&number));
+    let at = target.and_then(|(number, _)| labels.get(&number)?.first());
     at.is_none_or(|at| !part.contains(at))
 }
 

@@ -125,9 +125,7 @@ impl Run<'_> {
         }
         let ways = self.ways_to(places.last(), &tcp);
         let pace = self.pace(statement, term, kind, ways)?;
-        if kind != "J" {
-            self.compare_limit(line, pace);
-        }
+        self.compare_limits(line, kind, pace);
         match (kind, places.as_slice()) {
             ("J", [Place::Joints(q)]) => {
                 let q = self.external.joints(q)?;
@@ -419,8 +417,8 @@ impl Run<'_> {
             "FINE", "CNT", "CR", "ACC", "PTH", "COORD", "WJNT", "RT_LD", "AP_LD", "BREAK", "EV",
             "SPOT", "MROT", "CD",
         ];
-        /// `CNT R[2]`: how far corners are rounded, and how fast it gets there.
-        const BY_REGISTER: [&str; 4] = ["CNT", "ACC", "CR", "CD"];
+        /// `CNT R[2]`, `EV 50%`: how far corners are rounded, and how fast it gets there.
+        const APART: [&str; 5] = ["CNT", "ACC", "CR", "CD", "EV"];
         let mut rest = text.trim();
         let (mut shift, mut actions) = (Shift::default(), Vec::new());
         while !rest.is_empty() {
@@ -442,9 +440,10 @@ impl Run<'_> {
                 rest = behind.trim_start();
             } else if upper == "PSPD100" || HARMLESS.iter().any(|own| upper.starts_with(own)) {
                 rest = behind.trim_start();
-                if BY_REGISTER.contains(&upper.as_str())
-                    && (starts_with(rest, "R[") || starts_with(rest, "AR["))
-                {
+                let is_value = starts_with(rest, "R[")
+                    || starts_with(rest, "AR[")
+                    || rest.starts_with(|first: char| first.is_ascii_digit());
+                if APART.contains(&upper.as_str()) && is_value {
                     rest = rest.get(word(rest).len()..).unwrap_or("").trim_start();
                 }
             } else if upper.starts_with("PSPD") {

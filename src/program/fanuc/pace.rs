@@ -90,9 +90,20 @@ impl Run<'_> {
         Ok(Pace::Feed(feed * over))
     }
 
-    /// LINEAR_MAX_SPEED changes nothing where no move is faster.
-    pub(super) fn compare_limit(&mut self, line: usize, pace: Pace) {
-        let Some((set, limit)) = self.limit else { return };
+    /// LINEAR_MAX_SPEED changes nothing where no move is faster. What JOINT_MAX_SPEED slows is not
+    /// known.
+    pub(super) fn compare_limits(&mut self, line: usize, kind: &str, pace: Pace) {
+        let is_first = !self.log.has_moved();
+        let mut may_slow = |what: &str, set: usize| {
+            let what = format!(
+                "{what} of line {set} may slow this move, which is read at the speed that it states"
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+        };
+        if let Some(set) = self.joint_limit.filter(|_| !is_first) {
+            may_slow("JOINT_MAX_SPEED", set);
+        }
+        let Some((set, limit)) = self.limit.filter(|_| kind != "J") else { return };
         let feed = match pace {
             Pace::Feed(feed) => Some(feed),
             Pace::Unstated => self.settings.feed_m_per_s,
@@ -104,11 +115,7 @@ impl Run<'_> {
             .zip(feed)
             .is_some_and(|(limit, feed)| feed <= m_per_s_from_mm_per_s(limit) * (1.0 + ROUNDING));
         if !is_below {
-            let what = format!(
-                "LINEAR_MAX_SPEED of line {set} may slow this move, which is read at the speed \
-                 that it states"
-            );
-            self.log.warning(Code::ChangeIgnored, line, what);
+            may_slow("LINEAR_MAX_SPEED", set);
         }
     }
 

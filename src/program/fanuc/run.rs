@@ -109,6 +109,8 @@ pub(super) struct Run<'a> {
     pub(super) over: Result<f64, String>,
     /// The line of LINEAR_MAX_SPEED and its value, mm/s, where that is known.
     pub(super) limit: Option<(usize, Option<f64>)>,
+    /// The line of JOINT_MAX_SPEED.
+    pub(super) joint_limit: Option<usize>,
     /// Of OFFSET CONDITION under UFRAME, of TOOL_OFFSET CONDITION under UTOOL.
     pub(super) offsets: HashMap<&'static str, OffsetCondition>,
     pub(super) external: External,
@@ -133,7 +135,7 @@ pub(super) struct Run<'a> {
     /// By label and jump: what conditions between ask for; `None` where nothing leads out.
     pub(super) asked: HashMap<[usize; 2], Option<Vec<Asked>>>,
     /// Statements with labels, by number.
-    pub(super) labels: HashMap<i64, usize>,
+    pub(super) labels: HashMap<i64, Vec<usize>>,
     /// FOR loops: statement, register, last value, step.
     pub(super) loops: Vec<(usize, i64, f64, f64)>,
     /// Whether a branch had an error: from there on, loops are read no more.
@@ -159,6 +161,7 @@ impl<'a> Run<'a> {
             config: None,
             over: Ok(1.0),
             limit: None,
+            joint_limit: None,
             offsets: HashMap::new(),
             external: External::new(settings),
             of_target: [None; 2],
@@ -282,9 +285,7 @@ impl<'a> Run<'a> {
             "PAYLOAD" => self.set_payload(text, line)?,
             "OFFSET" | "TOOL_OFFSET" => self.set_offset(text)?,
             "LINEAR_MAX_SPEED" => self.limit = Some((line, self.linear_limit(text))),
-            "JOINT_MAX_SPEED" => {
-                return Err(format!("{keyword} limits the speed and is not supported"));
-            }
+            "JOINT_MAX_SPEED" => self.joint_limit = Some(line),
             _ if MOVES.iter().any(|start| text.starts_with(start)) => {
                 return Err(format!("'{keyword}' moves or shifts motion and is not supported"));
             }
@@ -539,12 +540,11 @@ pub(super) fn unstopped(behind: &str) -> String {
     format!("behind {behind} is known only at run time")
 }
 
-/// Labels by their numbers, the first of each.
-fn labels(statements: &[Statement]) -> HashMap<i64, usize> {
-    let mut found = HashMap::new();
+fn labels(statements: &[Statement]) -> HashMap<i64, Vec<usize>> {
+    let mut found: HashMap<i64, Vec<usize>> = HashMap::new();
     for (index, statement) in statements.iter().enumerate() {
         if let Some((number, _)) = register(statement.text.trim(), "LBL") {
-            found.entry(number).or_insert(index);
+            found.entry(number).or_default().push(index);
         }
     }
     found

@@ -162,8 +162,16 @@ impl Parser {
     /// The block behind the line at hand, and past its end.
     fn body(&mut self, end: &str) -> Result<Block, String> {
         let (body, is_whole) = self.block(&[end]);
+        let is_alone = self.lines.get(self.at).is_none_or(|line| line.tokens().len() == 1);
         self.at += 1;
-        if is_whole { Ok(body) } else { Err(format!("{} is missing", end.to_uppercase())) }
+        match is_whole {
+            false => Err(format!("{} is missing", end.to_uppercase())),
+            true if !is_alone => Err(format!(
+                "what stands behind {} in its line is not understood",
+                end.to_uppercase()
+            )),
+            true => Ok(body),
+        }
     }
 
     fn statement(&mut self) -> Result<What, String> {
@@ -208,20 +216,25 @@ impl Parser {
                 let to = cursor.expression()?;
                 let step = if cursor.take_word("step") { Some(cursor.expression()?) } else { None };
                 let body = self.body("endfor")?;
-                Ok(What::For(variable, [from, to], step, body))
+                cursor.ended(What::For(variable, [from, to], step, body))
             }
             "while" => {
                 let condition = cursor.behind(1)?.expression()?;
-                Ok(What::While(condition, self.body("endwhile")?))
+                let body = self.body("endwhile")?;
+                cursor.ended(What::While(condition, body))
             }
-            "loop" => Ok(What::Loop(self.body("endloop")?)),
+            "loop" => {
+                let body = self.body("endloop")?;
+                cursor.behind(1)?.ended(What::Loop(body))
+            }
             "repeat" => {
                 let (body, is_whole) = self.block(&["until"]);
                 let until = self.lines.get(self.at).map(|line| line.tokens().to_vec());
                 self.at += 1;
                 let until = until.filter(|_| is_whole).ok_or("UNTIL is missing")?;
-                let condition = Cursor::new(&until).behind(1)?.expression()?;
-                Ok(What::Repeat(body, condition))
+                let mut cursor = Cursor::new(&until);
+                let condition = cursor.behind(1)?.expression()?;
+                cursor.ended(What::Repeat(body, condition))
             }
             "switch" => {
                 let tested = cursor.behind(1)?.expression()?;
@@ -229,7 +242,8 @@ impl Parser {
             }
             "spline" => {
                 let with = cursor.behind(1)?.with()?;
-                Ok(What::Spline(with, self.body("endspline")?))
+                let body = self.body("endspline")?;
+                cursor.ended(What::Spline(with, body))
             }
             "ptp_spline" => {
                 self.body("endspline")?;
@@ -238,17 +252,21 @@ impl Parser {
             "return" => {
                 let cursor = cursor.behind(1)?;
                 let value = if cursor.is_end() { None } else { Some(cursor.expression()?) };
-                Ok(What::Return(value))
+                cursor.ended(What::Return(value))
             }
             "interrupt" => interrupt(&tokens),
             "trigger" => Ok(What::Trigger(action(&tokens))),
             "exit" => Ok(What::Exit),
             "halt" => Ok(What::Halt),
-            "goto" => Ok(What::Goto(cursor.behind(1)?.name()?)),
+            "goto" => {
+                let label = cursor.behind(1)?.name()?;
+                cursor.ended(What::Goto(label))
+            }
             "wait" => {
                 cursor.behind(1)?;
                 if cursor.take_word("sec") {
-                    return Ok(What::WaitSec(cursor.expression()?));
+                    let seconds = cursor.expression()?;
+                    return cursor.ended(What::WaitSec(seconds));
                 }
                 // A condition that is not understood says nothing.
                 let condition = cursor.take_word("for").then(|| cursor.expression().ok());

@@ -217,6 +217,7 @@ fn a_limit_of_speed_of_tp_is_a_doubt_where_a_move_is_faster() {
     assert_eq!(limited("LINEAR_MAX_SPEED = 9"), NONE);
     assert_eq!(limited("LINEAR_MAX_SPEED=8.9"), [5]);
     assert_eq!(limited("LINEAR_MAX_SPEED=R[9]"), [5]);
+    assert_eq!(limited("JOINT_MAX_SPEED[5]=200"), [5]);
     // 9 mm/s at half the speed.
     assert_eq!(limited("OVERRIDE=50% ;\nLINEAR_MAX_SPEED=4.5"), NONE);
     // The way alone says how fast a move of so many seconds is.

@@ -404,3 +404,21 @@ fn a_tool_that_is_kept_in_place_of_tool_1_is_a_doubt() {
     assert_eq!(of(""), [(Code::ChangeIgnored, 6)]);
     assert_eq!(of("$TOOL={X 0,Y 0,Z 250,A 0,B 0,C 0}\n"), []);
 }
+
+/// A move that a line break was lost before is not left out.
+#[test]
+fn what_stands_behind_the_end_of_a_block_or_statement_is_refused() {
+    for (body, said) in [
+        ("SPLINE\nSLIN {X 5}\nENDSPLINE SLIN {X 9}", "behind ENDSPLINE in its line"),
+        ("FOR n=1 TO 3\nk=n\nENDFOR LIN {X 9}", "behind ENDFOR in its line"),
+        ("FOR n=1 TO 3 LIN {X 9}\nk=n\nENDFOR", "is not understood"),
+        ("WHILE k<1 LIN {X 9}\nk=k+1\nENDWHILE", "is not understood"),
+        ("LOOP LIN {X 9}\nEXIT\nENDLOOP", "is not understood"),
+        ("REPEAT\nk=k+1\nUNTIL k>3 LIN {X 9}", "is not understood"),
+        ("WAIT SEC 1 LIN {X 9}", "is not understood"),
+        ("GOTO a LIN {X 9}\na:", "is not understood"),
+    ] {
+        let found = with(&format!("INT n,k\nk=0\n{START}\n{body}\nLIN {{X 1}}"), &settings());
+        refused(found, said);
+    }
+}

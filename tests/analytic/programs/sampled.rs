@@ -293,7 +293,7 @@ fn framed(text: &str) -> Result<Program, Vec<Note>> {
 #[test]
 fn options_of_tp_motions() {
     let found = framed(&tp(
-        "R[2]=50 ;\nL P[2] 10mm/sec CNT R[2] ACC R[2:share] ;\nL P[1] 10mm/sec CNT50 PSPD100 ;",
+        "R[2]=50 ;\nL P[2] 10mm/sec CNT R[2] ACC R[2:share] ;\nL P[1] 10mm/sec CNT 50 EV 60% PSPD100 ;",
     ));
     assert_eq!(found.unwrap().moves.len(), 2);
     for (option, said) in [

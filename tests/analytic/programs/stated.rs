@@ -315,11 +315,13 @@ fn words_that_change_place_speed_or_stiffness_are_not_passed_over() {
         assert_eq!(rapid(call), [5], "{call}");
     }
     assert_eq!(rapid("SoftDeact;"), NONE);
-    let tp = "/PROG A\n/MN\nL P[1] 9mm/sec FINE ;\nJOINT_MAX_SPEED=5 ;\n/POS\nP[1]{\n GP1:\n UF : 0, \
-              UT : 0, CONFIG : 'N U T, 0, 0, 0',\n X = 0 mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 \
-              deg, R = 0 deg\n};\n/END\n";
-    let found = read(tp.as_bytes(), Dialect::Fanuc, &settings()).unwrap_err();
-    assert!(found[0].what.contains("JOINT_MAX_SPEED limits the speed"), "{found:?}");
+    let tp = "/PROG A\n/MN\nL P[1] 9mm/sec FINE ;\nJOINT_MAX_SPEED[5]=5 ;\nL P[1] 9mm/sec FINE ;\n/POS\n\
+              P[1]{\n GP1:\n UF : 0, UT : 0, CONFIG : 'N U T, 0, 0, 0',\n X = 0 mm, Y = 0 mm, Z = 0 mm, \
+              W = 180 deg, P = 0 deg, R = 0 deg\n};\n/END\n";
+    let found = read(tp.as_bytes(), Dialect::Fanuc, &settings()).unwrap();
+    assert_eq!(told(&found, Code::ChangeIgnored), [5]);
+    let what = found.warnings.iter().find(|note| at(note) == 5).unwrap().what.clone();
+    assert!(what.contains("JOINT_MAX_SPEED of line 4 may slow this move"), "{what}");
 }
 
 /// RoboDK writes frames by the components of a position register.

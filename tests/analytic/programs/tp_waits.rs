@@ -399,6 +399,14 @@ fn the_configuration_at_the_start_is_left_to_the_path() {
     assert_eq!(said.collect::<Vec<_>>(), [Some("CONFIG 'N U T'"), None]);
 }
 
+/// Which of two labels of one number a jump finds, no manual says.
+#[test]
+fn a_jump_to_a_label_that_stands_twice_is_refused() {
+    let twice = format!("JMP LBL[1] ;\nLBL[1] ;\n{MOVE}LBL[1] ;\nLBL[2] ;\nLBL[2] ;\n");
+    assert_refused(&tp(&twice), 6, &["LBL[1] stands in lines 7 and 9"]);
+    assert_eq!(moves(&tp(&twice.replace("JMP LBL[1]", "R[1]=1"))), moves(&tp(MOVE)));
+}
+
 #[test]
 fn errors_that_follow_from_others_are_not_told() {
     // A loop that an undecided branch does not leave.
