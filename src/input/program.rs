@@ -188,7 +188,7 @@ fn keys_without_effect(
         ("procedure", raw.procedure.is_some(), &[Rapid, Krl]),
         ("spindle_from", raw.spindle_from.is_some(), &[Rapid, Krl, Fanuc]),
         ("tool_from", raw.tool_from.is_some(), &[Rapid, Krl, Fanuc]),
-        ("files", raw.files.is_some(), &[Rapid, Krl, GCode, Sinumerik]),
+        ("files", raw.files.is_some(), &[Rapid, Krl, Fanuc, GCode, Sinumerik]),
         ("arguments", raw.arguments.is_some(), &[Rapid]),
         (
             "tool_frames",

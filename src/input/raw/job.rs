@@ -427,7 +427,7 @@ pub(in crate::input) struct Program {
     /// RAPID: what sets the number of the tool. One of signal, procedure and comment.
     #[schemars(extend("examples" = [{"procedure": "LoadTool"}]))]
     pub(in crate::input) tool_from: Option<ToolFrom>,
-    /// RAPID, KRL, G-code: further files of the program, relative to this file: modules, data
+    /// RAPID, KRL, TP, G-code: further files of the program, relative to this file: modules, data
     /// lists, subprograms by their name.
     #[schemars(extend("examples" = [["targets.mod"], ["pocket.dat", "config.dat"], ["L100.SPF"]]))]
     pub(in crate::input) files: Option<Vec<String>>,

@@ -20,7 +20,7 @@ impl Run<'_> {
     ) -> Result<(), String> {
         let index = self.source.statements.iter().position(|other| std::ptr::eq(other, statement));
         let index = index.ok_or("a statement of no program")?;
-        let line = statement.line;
+        let line = self.line_of(statement);
         let pose_of = |run: &mut Self, at: Option<usize>| -> Option<Isometry3<f64>> {
             let text = run.source.statements.get(at?)?.text.trim();
             let rest = text.strip_prefix('A')?.trim_start();

@@ -21,7 +21,7 @@ impl<'a> Run<'a> {
             return Err(format!("'{}' behind JMP LBL[{number}] is not understood", behind.trim()));
         }
         let lines = |at: usize| self.source.statements.get(at).map_or(0, |own| own.line);
-        let at = match self.labels.get(&number).map_or(&[][..], Vec::as_slice) {
+        let at = match self.source.labels.get(&number).map_or(&[][..], Vec::as_slice) {
             [] => return Err(format!("LBL[{number}] is not in this program")),
             [at] => *at,
             [first, second, ..] => {
@@ -34,8 +34,20 @@ impl<'a> Run<'a> {
             }
         };
         // A loop that is left is over.
-        let statements = &self.source.statements;
-        self.loops.retain(|(start, ..)| (*start..end_of_loop(statements, *start)).contains(&at));
+        let own = &self.source.loops;
+        let ends = |first: usize| own.iter().find(|[start, _]| start + 1 == first);
+        self.loops
+            .retain(|(first, ..)| ends(*first).is_none_or(|[_, end]| (*first..*end).contains(&at)));
+        let runs = |start: usize| self.loops.iter().any(|(first, ..)| *first == start + 1);
+        if let Some([start, _]) =
+            own.iter().find(|[start, end]| (start + 1..*end).contains(&at) && !runs(*start))
+        {
+            return Err(format!(
+                "JMP LBL[{number}] leads into the FOR of line {}, which does not run there: not \
+                 supported",
+                lines(*start)
+            ));
+        }
         if at < self.next && self.is_lost {
             // Which way it goes is not known: the errors are all told.
             self.next = self.source.statements.len();
@@ -55,7 +67,7 @@ impl<'a> Run<'a> {
                             beginning";
         let (jump, all) = (self.next - 1, &self.source.statements);
         let body = all.get(label..jump).unwrap_or_default();
-        let exits = body.iter().filter(|own| leads_out(own, &self.labels, label..=jump));
+        let exits = body.iter().filter(|own| leads_out(own, &self.source.labels, label..=jump));
         let exits: Vec<&Statement> = exits.collect();
         let simple = exits.iter().filter_map(|own| action_of(own.text.trim().strip_prefix("IF")?));
         let simple: Vec<(&str, &str)> = simple.map(|(asked, does)| (asked.trim(), does)).collect();
@@ -104,7 +116,7 @@ impl<'a> Run<'a> {
         let asked = self.asked.entry([label, jump]).or_insert_with(|| {
             let body = self.source.statements.get(label..jump).unwrap_or_default();
             let leaves = is_in_branch(body)
-                || body.iter().any(|own| leads_out(own, &self.labels, label..=jump));
+                || body.iter().any(|own| leads_out(own, &self.source.labels, label..=jump));
             leaves.then(|| body.iter().flat_map(|own| names_asked(own.text.trim())).collect())
         });
         let now = self.registers.state();
@@ -113,7 +125,7 @@ impl<'a> Run<'a> {
 
     /// `IF cond,JMP LBL[1]`, `IF cond,CALL x`, `IF (cond) THEN`.
     pub(super) fn condition(&mut self, statement: &'a Statement) -> Result<(), String> {
-        let text = statement.text.trim();
+        let (text, line) = (statement.text.trim(), self.line_of(statement));
         let rest = text.get(2..).unwrap_or("").trim();
         if let Some(condition) = rest.strip_suffix("THEN") {
             return match self.registers.truth(condition.trim().trim_end_matches(',')) {
@@ -141,26 +153,30 @@ impl<'a> Run<'a> {
             Ok(true) if starts_with(action, "JMP") || starts_with(action, "CALL") => {
                 self.branch(statement, action)
             }
-            Ok(true) if action.starts_with('$') => self.system_variable(action, statement.line),
+            Ok(true) if action.starts_with('$') => self.system_variable(action, line),
             Ok(true) if SIGNALS.iter().any(|start| action.starts_with(start)) => {
                 self.set_signal(action, statement);
                 Ok(())
             }
-            Ok(true) if action.starts_with("R[") => self.assign(statement.line, action, statement),
-            Ok(true) if action.starts_with("PR[") => self.assign_position(statement.line, action),
+            Ok(true) if action.starts_with("R[") => self.assign(line, action, statement),
+            Ok(true) if action.starts_with("PR[") => self.assign_position(line, action),
             Ok(true) | Err(_) if starts_with(action, "PULSE") => {
-                self.pulse(statement.line, action);
+                self.pulse(line, action);
                 Ok(())
             }
             Ok(true) => Err(format!("'{action}' is not understood behind IF")),
             Err(_) if action.starts_with('$') && !action.contains("OVERRIDE") => {
-                self.system_variable(action, statement.line)
+                self.system_variable(action, line)
             }
-            Err(why) if self.forget_assigned(statement.line, action, &why) => Ok(()),
+            Err(why) if self.forget_assigned(line, action, &why) => Ok(()),
             // A signal that is set or not moves nothing.
             Err(why) if is_harmless(action) || ends(action) => {
                 self.may_do(statement, action, &why);
                 Ok(())
+            }
+            // Nor does a program that moves nothing.
+            Err(why) if starts_with(action, "CALL") && self.moves_nothing(action) => {
+                if self.may_do(statement, action, &why) { Ok(()) } else { Err(decides(&why)) }
             }
             Err(why) => match self.label_ahead(action) {
                 Some(label) => self.leave_open(label, &why),
@@ -173,7 +189,7 @@ impl<'a> Run<'a> {
     fn label_ahead(&self, action: &str) -> Option<usize> {
         let target = action.get(3..).filter(|_| starts_with(action, "JMP"))?.trim();
         let (number, _) = self.registers.numbered(target, "LBL").ok()??;
-        self.labels.get(&number)?.first().copied().filter(|at| *at >= self.next)
+        self.source.labels.get(&number)?.first().copied().filter(|at| *at >= self.next)
     }
 
     /// `SELECT R[1]=1,JMP LBL[1]` with the cases behind it, `=2,CALL x` and `ELSE,JMP LBL[9]`, each
@@ -216,7 +232,7 @@ impl<'a> Run<'a> {
     fn branch(&mut self, statement: &Statement, action: &str) -> Result<(), String> {
         let target = action.get(3..).filter(|_| starts_with(action, "JMP"));
         match target {
-            Some(target) => self.jump(target.trim(), statement.line),
+            Some(target) => self.jump(target.trim(), self.line_of(statement)),
             None if starts_with(action, "CALL") => {
                 self.call(action, statement);
                 Ok(())
@@ -290,7 +306,7 @@ impl<'a> Run<'a> {
                 "R[{limit}] is the limit of the FOR around it: the passes are those of the value \
                  at the FOR"
             );
-            self.log.warning(Code::MotionLeftOut, own.line, what);
+            self.log.warning(Code::MotionLeftOut, self.line_of(own), what);
         }
     }
 
@@ -354,20 +370,6 @@ fn is_in_branch(statements: &[Statement]) -> bool {
         }
     }
     depth > 0
-}
-
-/// The ENDFOR of a loop whose first statement is at `start`.
-fn end_of_loop(statements: &[Statement], start: usize) -> usize {
-    let mut depth = 0_usize;
-    for (index, statement) in statements.iter().enumerate().skip(start) {
-        match statement.text.trim() {
-            "ENDFOR" if depth == 0 => return index,
-            "ENDFOR" => depth -= 1,
-            text if starts_with(text, "FOR ") => depth += 1,
-            _ => {}
-        }
-    }
-    statements.len()
 }
 
 /// `ELSE,JMP LBL[9]`, the last case of a SELECT; ELSE of an IF stands alone.

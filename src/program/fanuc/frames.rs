@@ -106,7 +106,17 @@ impl Run<'_> {
                 // Under another than its own the controller would stop.
                 Some(_) if at == 0 => self.frame = Some(own),
                 Some(_) => self.tool = Some(own),
-                None => {}
+                None => match self.of_target[at] {
+                    Some(before) if before != own && !may_be_another => {
+                        return Err(format!(
+                            "{name} has {short} : {own}, the target before has {short} : {before}, \
+                             and no {long} stands between: the controller stops with an alarm at \
+                             one of them unless $FRM_CHKTYP = -1 switches that check off; write \
+                             {long}={own} before the move"
+                        ));
+                    }
+                    _ => {}
+                },
             }
         }
         self.of_target = [frame.or(self.of_target[0]), group.tool.or(self.of_target[1])];

@@ -3,8 +3,9 @@
 
 use std::collections::HashSet;
 
+use super::programs::Programs;
 use super::run::{Run, assignment, signal_key};
-use super::text::{Source, Statement, is_motion};
+use super::text::{Statement, is_motion};
 use super::words::{brackets, register, starts_with};
 use crate::program::cell::all;
 use crate::program::spindle_names::{doubt, is_spindles};
@@ -17,10 +18,10 @@ fn registers_in(text: &str) -> impl Iterator<Item = &str> {
 }
 
 /// Registers in what the program gives to what the job reads the spindle or the tool from.
-pub(super) fn given_on(source: &Source, settings: &Settings) -> HashSet<i64> {
+pub(super) fn given_on(programs: &Programs, settings: &Settings) -> HashSet<i64> {
     let mut found = HashSet::new();
     for (_, by) in all(settings) {
-        for statement in &source.statements {
+        for statement in programs.all().flat_map(|source| &source.statements) {
             let text = statement.text.trim();
             let given = match &by.what {
                 Setter::Signal(own) => {
@@ -95,7 +96,7 @@ impl Run<'_> {
                 return;
             }
             if is_motion(text) {
-                return behind(self.log, statement.line, end.text.trim());
+                return behind(self.log, self.line_of(statement), end.text.trim());
             }
         }
     }

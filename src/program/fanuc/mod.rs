@@ -10,6 +10,7 @@
 
 mod arcs;
 mod assign;
+mod examine;
 mod expressions;
 mod flow;
 mod frames;
@@ -19,6 +20,7 @@ mod open;
 mod others;
 mod pace;
 mod position;
+mod programs;
 mod registers;
 mod run;
 mod shifts;
@@ -27,59 +29,17 @@ mod vision;
 mod why;
 mod words;
 
+use self::examine::examine;
+use self::programs::Programs;
 use super::Settings;
-use super::cell::set_by_comment;
 use super::log::Log;
-use super::unread::behind_end;
-use crate::notes::Code;
 
 /// Reads a TP program into the log.
-pub(super) fn read(source: &str, settings: &Settings, log: &mut Log) {
-    let source = text::parse(source);
-    if let Some((line, name)) = &source.translated {
-        let what = format!(
-            "'{name}' instead of DEFAULT_GROUP: the listing is in another language than English, \
-             which is not read; set the language to English where the listing is written, and \
-             write it again"
-        );
-        log.error(Code::Syntax, *line, what);
-        return;
+pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
+    let programs = Programs::of(text, &settings.companions);
+    if examine(programs.main(), |line| line, settings, log) {
+        let mut run = run::Run::new(&programs, settings, log);
+        run.given_on = hints::given_on(&programs, settings);
+        run.run();
     }
-    for (line, what) in &source.faults {
-        log.error(Code::Syntax, *line, what.clone());
-    }
-    for (line, what) in &source.doubts {
-        log.warning(Code::MotionLeftOut, *line, what.clone());
-    }
-    for (line, remark) in &source.remarks_behind {
-        // It begins with ';': no number is read from it, which is told where the job asks for one.
-        set_by_comment(settings, log, *line, remark, |_| None);
-    }
-    if !source.has_end {
-        let what = "the program ends without /END: is the file whole?";
-        log.error(Code::Syntax, source.lines.max(1), what);
-        return;
-    }
-    if let Some(line) = source.moves_behind_end {
-        behind_end(log, line);
-    }
-    let moves = |own: &&text::Statement| text::is_motion(own.text.trim());
-    if let (Some(groups), Some(first)) = (&source.without_arm, source.statements.iter().find(moves))
-    {
-        let what = format!(
-            "{groups}: the program moves other groups, and the arm (group 1) stands: check a \
-             program that moves the arm"
-        );
-        log.error(Code::Motion, first.line, what);
-    }
-    if let Some((line, schedule)) = &source.tracks {
-        let what = format!(
-            "LINE_TRACK_SCHEDULE_NUMBER is {schedule}: the positions move with a conveyor, which \
-             is not supported"
-        );
-        log.error(Code::Motion, *line, what);
-    }
-    let mut run = run::Run::new(&source, settings, log);
-    run.given_on = hints::given_on(&source, settings);
-    run.run();
 }

@@ -56,6 +56,7 @@ impl Run<'_> {
             );
             self.log.error(Code::Motion, line, what);
         }
+        let line = self.line_of(statement);
         let count = if kind == "C" { 2 } else { 1 };
         let mut places = Vec::new();
         let mut tcp = None;
@@ -68,19 +69,19 @@ impl Run<'_> {
                      shifts to"
                 ));
             }
-            let (aim, behind) = self.aim(statement.line, rest)?;
+            let (aim, behind) = self.aim(line, rest)?;
             if !aim.is_register {
                 self.frames_agree(&aim.name, &aim.group)?;
             }
-            self.tell_chosen(statement.line, &aim.name, &aim.group, aim.is_register);
-            self.place_axes(statement.line, &aim)?;
-            let (place, tool) = self.resolve(statement.line, &aim.group)?;
+            self.tell_chosen(line, &aim.name, &aim.group, aim.is_register);
+            self.place_axes(line, &aim)?;
+            let (place, tool) = self.resolve(line, &aim.group)?;
             // An increment has no posture, whatever its CONFIG is.
             if has_option(behind, "INC") {
                 self.configure(None, Vec::new());
             } else {
-                self.keep_config(statement.line, kind, &aim)?;
-                let joints = self.turns(statement.line, kind, &aim.group);
+                self.keep_config(line, kind, &aim)?;
+                let joints = self.turns(line, kind, &aim.group);
                 self.configure(aim.group.config.as_deref(), joints);
             }
             tcp = Some(tool);
@@ -92,10 +93,9 @@ impl Run<'_> {
         // A joint move to joints ends there with any tool.
         if kind != "J" || matches!(places.as_slice(), [Place::Pose(_)]) {
             let tool = last.as_ref().and_then(|group| group.tool).or(self.tool);
-            self.tell_of_flange(statement.line, tool);
+            self.tell_of_flange(line, tool);
         }
         let (term, options) = rest.split_at(word(rest).len());
-        let line = statement.line;
         let (shift, actions) = self.options(line, options)?;
         let turn = self.ways_to(places.last(), &tcp).map(|[turn, _]| turn);
         self.tell_wrist(line, kind, options, (last.as_ref(), turn));
@@ -171,24 +171,25 @@ impl Run<'_> {
         name: &str,
         behind: &str,
     ) -> Result<(), String> {
+        let line = self.line_of(statement);
         self.stands = Err(unstopped("a move to a place that is not in the program"));
         let behind = behind.trim_start();
         let options = behind.get(word(behind).len()..).unwrap_or("");
-        let (_, actions) = self.options(statement.line, options)?;
+        let (_, actions) = self.options(line, options)?;
         if self.skipped.iter().all(|(_, own)| own != name) {
-            self.skipped.push((statement.line, name.to_owned()));
+            self.skipped.push((line, name.to_owned()));
         }
         if kind == "L" {
             let what =
                 format!("L {name}: the place is not in the program; the move there is skipped");
-            self.log.warning(Code::MotionLeftOut, statement.line, what);
+            self.log.warning(Code::MotionLeftOut, line, what);
             if self.log.has_moved() {
-                self.unknown_end.get_or_insert((statement.line, name.to_owned()));
+                self.unknown_end.get_or_insert((line, name.to_owned()));
             }
         } else {
             let hint = format!(" ({})", places_by_job(name));
             let hint = if self.log.has_moved() { &hint } else { "" };
-            self.log.leaves(statement.line, &format!("{kind} {name}{hint}"));
+            self.log.leaves(line, &format!("{kind} {name}{hint}"));
         }
         for action in actions {
             self.act(statement, action);

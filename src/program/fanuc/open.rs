@@ -4,7 +4,7 @@
 use super::flow::{action_of, decides, ends};
 use super::others::awaited;
 use super::run::{Run, SIGNALS, assignment, drives_hand, is_harmless};
-use super::text::Statement;
+use super::text::{Source, Statement};
 use super::words::starts_with;
 use crate::notes::Code;
 use crate::program::Setter;
@@ -34,7 +34,7 @@ impl<'a> Run<'a> {
     }
 
     /// Whether a statement neither moves nor chooses what motion depends on, nor leads elsewhere.
-    fn moves_nothing(&self, text: &str) -> bool {
+    pub(super) fn moves_nothing(&self, text: &str) -> bool {
         if let Some(comment) = text.strip_prefix('!') {
             return !self.sets_by_comment(comment);
         }
@@ -46,8 +46,15 @@ impl<'a> Run<'a> {
         }
         let is_structure = matches!(text, "" | "ELSE" | "ENDIF") || text.starts_with("//");
         let is_label = starts_with(text, "LBL[");
+        let called = self.program_called(text);
+        let is_quiet = |own: &Statement| {
+            let text = own.text.trim();
+            // No further calls: one may lead back.
+            !starts_with(text, "CALL") && !text.contains(",CALL") && self.moves_nothing(text)
+        };
         is_structure
             || is_label
+            || called.is_some_and(|source| source.statements.iter().all(is_quiet))
             || ends(text)
             || is_set(text)
             || is_harmless(text)
@@ -55,7 +62,7 @@ impl<'a> Run<'a> {
     }
 
     /// Whether a comment is one that sets the spindle or the tool, by the job's word.
-    fn sets_by_comment(&self, comment: &str) -> bool {
+    pub(super) fn sets_by_comment(&self, comment: &str) -> bool {
         let comment = comment.to_lowercase();
         all(self.settings).any(|(_, by)| {
             matches!(&by.what, Setter::Comment(start) if comment.contains(&start.to_lowercase()))
@@ -64,10 +71,13 @@ impl<'a> Run<'a> {
 
     /// Takes up what a statement does that the run may pass over; false where that is not read.
     pub(super) fn may_do(&mut self, statement: &Statement, text: &str, by: &str) -> bool {
-        let line = statement.line;
+        let line = self.line_of(statement);
         if let Some(rest) = text.strip_prefix("IF") {
             return text.ends_with("THEN")
                 || action_of(rest).is_some_and(|(_, action)| self.may_do(statement, action, by));
+        }
+        if starts_with(text, "CALL") {
+            return self.may_call(statement, text, by);
         }
         if starts_with(text, "WAIT") {
             self.may_wait(line, text.get(4..).unwrap_or("").trim(), by);
@@ -83,6 +93,27 @@ impl<'a> Run<'a> {
             self.bends_path(line, text);
         }
         true
+    }
+
+    /// What a program does that the run may call.
+    fn may_call(&mut self, statement: &Statement, text: &str, by: &str) -> bool {
+        let Some(source) = self.program_called(text) else { return false };
+        let (line, (_, given)) = (self.line_of(statement), self.called(text, statement));
+        let arguments = given.into_iter().map(|given| given.value).collect();
+        self.within_program(source, line, arguments, |run| {
+            let last = source.statements.len().saturating_sub(1);
+            source.statements.iter().enumerate().all(|(index, own)| {
+                let text = own.text.trim();
+                index == last && ends(text) || run.may_do(own, text, by)
+            })
+        })
+    }
+
+    /// The program that a CALL runs, if it is read.
+    pub(super) fn program_called(&self, text: &str) -> Option<&'a Source> {
+        let name = text.get(4..).filter(|_| starts_with(text, "CALL"))?;
+        let name = name.split('(').next().unwrap_or(name).trim();
+        self.programs.named(name).ok()?.filter(|_| !self.is_setter(name))
     }
 
     /// How long the run stands there, or not, is not known.
@@ -110,7 +141,7 @@ impl<'a> Run<'a> {
     /// The line of the statement that runs.
     fn line_before(&self) -> usize {
         let own = self.next.checked_sub(1).and_then(|at| self.source.statements.get(at));
-        own.map_or(1, |own| own.line)
+        own.map_or(1, |own| self.line_of(own))
     }
 }
 

@@ -44,7 +44,7 @@ impl Run<'_> {
             Ok(value) => value,
             Err(why) if kind != "J" => {
                 let of = if unit.is_empty() { ", in mm/sec" } else { "" };
-                return self.unknown_speed(statement.line, &format!("{why}{of}"));
+                return self.unknown_speed(self.line_of(statement), &format!("{why}{of}"));
             }
             Err(_) => return Ok(Pace::Rapid),
         };
@@ -79,14 +79,14 @@ impl Run<'_> {
                 return Ok(Pace::Seconds(angle / rad_from_deg(value) / over));
             }
             "msec" | "sec" => {
-                self.log.states(statement.line, span, States::Seconds { value });
+                self.log.states(self.line_of(statement), span, States::Seconds { value });
                 let seconds = if unit == "sec" { value } else { s_from_ms(value) };
                 return Ok(Pace::Seconds(seconds / over));
             }
             _ if value > 100.0 => return Err(format!("speed is {term}, must be up to 100 %")),
             _ => return Ok(Pace::Joints(ratio_from_percent(value) * over)),
         };
-        self.log.states(statement.line, span, States::Feed { value });
+        self.log.states(self.line_of(statement), span, States::Feed { value });
         Ok(Pace::Feed(feed * over))
     }
 

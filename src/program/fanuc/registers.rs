@@ -26,8 +26,14 @@ pub(super) struct Registers<'a> {
     signals: HashMap<String, Assumed>,
     /// What is known no longer, by name, `f[1]`, or of a list any, `f`.
     lost: HashMap<String, Lost>,
+    /// What the CALL gives that runs the program at hand.
+    arguments: Option<Vec<Result<f64, String>>>,
     /// What the program has asked for before it or another set it: there the job's word has served.
     started: RefCell<HashSet<String>>,
+    /// Of these, those that a program may have set since that is not read: by name, who.
+    suspected: RefCell<HashMap<String, String>>,
+    /// Those that the job's word has served for again.
+    served_twice: RefCell<Vec<(String, String)>>,
 }
 
 /// Why a name is known no longer.
@@ -107,7 +113,10 @@ impl<'a> Registers<'a> {
             positions: HashMap::new(),
             signals: HashMap::new(),
             lost: HashMap::new(),
+            arguments: None,
             started: RefCell::default(),
+            suspected: RefCell::default(),
+            served_twice: RefCell::default(),
         }
     }
 
@@ -159,8 +168,28 @@ impl<'a> Registers<'a> {
         let lost = self.lost_of(&bare);
         let found = self.given(&name).filter(|_| lost.is_none_or(|lost| !lost.is_final()));
         if found.is_some() && lost.is_none() {
+            let who = self.suspected.borrow_mut().remove(&bare);
+            self.served_twice.borrow_mut().extend(who.map(|who| (name, who)));
             self.started.borrow_mut().insert(bare);
         }
+        found
+    }
+
+    /// A program that is not read may set what the job's word has served for: registers, flags and
+    /// outputs.
+    pub(super) fn may_be_set_by(&mut self, who: &str) {
+        const SET: [&str; 8] = ["r", "pr", "f", "m", "do", "ro", "go", "ao"];
+        let own = self.started.borrow();
+        let set =
+            own.iter().filter(|name| indexed(name).is_some_and(|(list, _)| SET.contains(&list)));
+        let set = set.map(|name| (name.clone(), who.to_owned()));
+        self.suspected.borrow_mut().extend(set);
+    }
+
+    /// What the job's word has served for on both sides of such a program, and who it is; once.
+    pub(super) fn served_twice(&mut self) -> Vec<(String, String)> {
+        let mut found = std::mem::take(self.served_twice.get_mut());
+        found.iter_mut().for_each(|(name, _)| *name = name.to_uppercase());
         found
     }
 
@@ -194,8 +223,32 @@ impl<'a> Registers<'a> {
         }
     }
 
+    /// AR[1] and the others are those of a call; gives those of the caller.
+    pub(super) fn replace_arguments(
+        &mut self,
+        arguments: Option<Vec<Result<f64, String>>>,
+    ) -> Option<Vec<Result<f64, String>>> {
+        std::mem::replace(&mut self.arguments, arguments)
+    }
+
+    /// AR[n] in a program that another calls.
+    fn argument(&self, name: &str) -> Option<Result<f64, Why>> {
+        let arguments = self.arguments.as_ref()?;
+        let (_, index) = indexed(name).filter(|(list, _)| list.eq_ignore_ascii_case("AR"))?;
+        let given = self.whole(index).map(|number| {
+            let at = usize::try_from(number - 1).ok();
+            at.and_then(|at| arguments.get(at)).cloned().unwrap_or_else(|| {
+                Err(format!("the call gives no AR[{number}], of {} arguments", arguments.len()))
+            })
+        });
+        Some(given.and_then(|given| given.map_err(Why::from)))
+    }
+
     /// What the program has set a flag or an output to, else what the job assumes of it.
     pub(super) fn known(&self, name: &str) -> Result<Assumed, Why> {
+        if let Some(given) = self.argument(name) {
+            return given.map(Assumed::Number);
+        }
         let own = self.resolved(name);
         let set = own
             .as_ref()

@@ -6,17 +6,22 @@ use nalgebra::Isometry3;
 
 use super::expressions::without_name;
 use super::position::{OffsetCondition, places_by_job};
+use super::programs::Programs;
 use super::registers::{Asked, IS_PULSED, Registers, State};
 use super::text::{Source, Statement, is_dashed_remark, is_motion, is_remark};
-use super::words::{brackets, is_of_arm, nameless, register, split_outside, starts_with};
+use super::words::{brackets, is_of_arm, nameless, split_outside, starts_with};
 use crate::notes::Code;
-use crate::program::Settings;
-use crate::program::cell::{External, Given, set_by_comment, set_by_name};
+use crate::program::cell::{External, Given, all, set_by_comment, set_by_name};
 use crate::program::log::Log;
-use crate::program::spindle_names::Analog;
+use crate::program::spindle_names::{Analog, is_spindles};
+use crate::program::unread::behind_end;
+use crate::program::{Setter, Settings};
 
 /// Statements that loops may run beyond one pass through the program.
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
+
+/// What stands behind a motion where its logic is listed behind it, up to a line of dashes.
+const POINT_LOGIC: [&str; 2] = ["P-SPS", "POINT_LOGIC"];
 
 /// Ends why something is not known where a line before it has an error: to tell of that, too, would
 /// tell of one fault twice.
@@ -89,7 +94,17 @@ const MOVES: [&str; 8] =
     ["VOFFSET", "SEARCH", "TOUCH", "Touch", "Search", "CALIB", "INDEPENDENT", "SIMUL"];
 
 pub(super) struct Run<'a> {
+    pub(super) programs: &'a Programs,
+    /// The program that runs.
     pub(super) source: &'a Source,
+    /// The line of the file that is checked which leads to it, where it is of another file.
+    pub(super) called_at: Option<usize>,
+    /// How many calls lead to it.
+    pub(super) depth: usize,
+    /// Programs that have been called.
+    pub(super) examined: HashSet<usize>,
+    /// Whether ABORT or an error has ended all.
+    pub(super) is_over: bool,
     pub(super) settings: &'a Settings,
     pub(super) log: &'a mut Log,
     pub(super) registers: Registers<'a>,
@@ -134,8 +149,6 @@ pub(super) struct Run<'a> {
     pub(super) passed: HashMap<usize, State>,
     /// By label and jump: what conditions between ask for; `None` where nothing leads out.
     pub(super) asked: HashMap<[usize; 2], Option<Vec<Asked>>>,
-    /// Statements with labels, by number.
-    pub(super) labels: HashMap<i64, Vec<usize>>,
     /// FOR loops: statement, register, last value, step.
     pub(super) loops: Vec<(usize, i64, f64, f64)>,
     /// Whether a branch had an error: from there on, loops are read no more.
@@ -146,10 +159,15 @@ pub(super) struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    pub(super) fn new(source: &'a Source, settings: &'a Settings, log: &'a mut Log) -> Self {
-        let count = source.statements.len();
+    pub(super) fn new(programs: &'a Programs, settings: &'a Settings, log: &'a mut Log) -> Self {
+        let count: usize = programs.all().map(|source| source.statements.len()).sum();
         Self {
-            source,
+            programs,
+            source: programs.main(),
+            called_at: None,
+            depth: 0,
+            examined: HashSet::new(),
+            is_over: false,
             settings,
             log,
             registers: Registers::new(settings),
@@ -173,7 +191,6 @@ impl<'a> Run<'a> {
             next: 0,
             budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             passed: HashMap::new(),
-            labels: labels(&source.statements),
             asked: HashMap::new(),
             loops: Vec::new(),
             is_lost: false,
@@ -184,6 +201,15 @@ impl<'a> Run<'a> {
 
     pub(super) fn run(mut self) {
         self.statements();
+        // Of the same listing, and perhaps meant.
+        let is_left = |own: &&Source| {
+            own.index > 0 && own.file.is_none() && !self.examined.contains(&own.index)
+        };
+        let moves = |own: &&Statement| is_motion(own.text.trim());
+        let left = self.programs.all().filter(is_left);
+        if let Some(first) = left.flat_map(|source| &source.statements).find(moves) {
+            behind_end(self.log, first.line);
+        }
         // The path is made of places that the program does not give.
         if let (false, false, Some((line, name))) =
             (self.log.has_moved(), self.log.has_errors(), self.skipped.first())
@@ -199,18 +225,29 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn statements(&mut self) {
+    /// The line of the file that is checked which a statement counts as.
+    pub(super) fn line_of(&self, statement: &Statement) -> usize {
+        self.called_at.unwrap_or(statement.line)
+    }
+
+    pub(super) fn statements(&mut self) {
         while let Some(statement) = self.source.statements.get(self.next) {
-            if self.log.is_full() {
+            if self.is_over || self.log.is_full() {
                 return;
             }
+            let file = self.source.file.as_ref();
+            self.log
+                .within(file.map_or_else(String::new, |it| format!("{it}:{}: ", statement.line)));
             if self.budget == 0 {
-                self.log.runs_too_long(statement.line);
+                self.log.runs_too_long(self.line_of(statement));
+                self.is_over = true;
                 return;
             }
             self.budget -= 1;
             self.next += 1;
-            match self.statement(statement) {
+            let found = self.statement(statement);
+            self.tell_served_twice(statement);
+            match found {
                 Ok(true) => return self.doubt_behind(statement),
                 Ok(false) => {}
                 Err(why) => {
@@ -220,9 +257,10 @@ impl<'a> Run<'a> {
                     self.is_lost |= is_branch;
                     // Where nothing moves, a branch decides about nothing.
                     let moves = |own: &Statement| is_motion(own.text.trim());
-                    let is_idle = is_branch && !self.source.statements.iter().any(moves);
+                    let mut all = self.programs.all().flat_map(|source| &source.statements);
+                    let is_idle = is_branch && !all.any(moves);
                     if !(is_idle || self.log.has_errors() && why.contains(BEHIND_ERROR)) {
-                        self.log.error(Code::Motion, statement.line, why);
+                        self.log.error(Code::Motion, self.line_of(statement), why);
                     }
                 }
             }
@@ -232,7 +270,7 @@ impl<'a> Run<'a> {
     /// True at the end of the program.
     fn statement(&mut self, statement: &'a Statement) -> Result<bool, String> {
         let text = statement.text.trim();
-        let line = statement.line;
+        let line = self.line_of(statement);
         if let Some(comment) = text.strip_prefix('!') {
             let at = |part: &str| part.as_ptr() as usize - statement.text.as_ptr() as usize;
             let span = |digits: &str| statement.span(at(digits), at(digits) + digits.len());
@@ -248,7 +286,10 @@ impl<'a> Run<'a> {
         }
         let keyword = text.split([' ', '[', '(', '=', ',']).next().unwrap_or("");
         match keyword {
-            "END" | "ABORT" => return Ok(true),
+            "END" | "ABORT" => {
+                self.is_over = keyword == "ABORT";
+                return Ok(true);
+            }
             // Of another group, which the arm is not of.
             "UFRAME_NUM" | "UTOOL_NUM" if !is_of_arm(text, keyword)? => {}
             "UFRAME_NUM" => {
@@ -330,21 +371,24 @@ impl<'a> Run<'a> {
     /// Keeps what an output or a flag is set to; whether the job says that it sets something.
     pub(super) fn set_signal(&mut self, text: &str, statement: &Statement) -> bool {
         let Some((name, value)) = assignment(text) else { return false };
+        let line = self.line_of(statement);
         let mut given = self.given(value, statement);
-        if let "ON" | "OFF" = value.trim() {
-            given.value = Ok(f64::from(u8::from(value.trim() == "ON")));
+        if let Ok(is_on) = self.registers.truth(value) {
+            given.value = Ok(f64::from(u8::from(is_on)));
+        } else if starts_with(value.trim(), "PULSE") {
+            given.value = Err(IS_PULSED.to_owned());
         }
         // An analog output counts, unless the program itself writes a fraction.
         let writes_fraction = value.trim().parse::<f64>().is_ok() && value.contains('.');
         given.whole = starts_with(name, "GO[") || starts_with(name, "AO[") && !writes_fraction;
-        let sets = set_by_name(self.settings, self.log, statement.line, &signal_key(name), given);
+        let sets = set_by_name(self.settings, self.log, line, &signal_key(name), given);
         if is_signal(name) {
             if !sets {
-                self.doubt_signal(statement.line, name, value);
+                self.doubt_signal(line, name, value);
             }
             if starts_with(name, "AO[") {
                 let value = self.registers.value(value).ok();
-                self.analog.set(self.settings, self.log, statement.line, &signal_key(name), value);
+                self.analog.set(self.settings, self.log, line, &signal_key(name), value);
             }
             self.registers.set_signal(name, value);
         }
@@ -520,14 +564,39 @@ impl<'a> Run<'a> {
         true
     }
 
+    /// Whether the logic of a point, listed behind it, changes nothing about its motion, which it
+    /// comes a little before the end of.
+    fn is_quiet_logic(&self) -> bool {
+        let rest = self.source.statements.iter().skip(self.next);
+        let texts: Vec<&str> = rest.map(|own| own.text.trim()).collect();
+        let Some(end) = texts.iter().position(|text| text.starts_with("---")) else { return false };
+        texts.iter().take(end).all(|text| {
+            let set = assignment(text).filter(|_| starts_with(text, "R[") || is_signal(text));
+            match set {
+                Some((name, _)) => !is_spindles(name) && !self.is_setter(&signal_key(name)),
+                None => is_remark(text) && !self.sets_by_comment(text) || is_harmless(text),
+            }
+        })
+    }
+
+    /// Whether the job reads the spindle or the tool from a name or a program.
+    pub(super) fn is_setter(&self, name: &str) -> bool {
+        all(self.settings).any(|(_, by)| match &by.what {
+            Setter::Signal(own) | Setter::Procedure(own, _) => own.eq_ignore_ascii_case(name),
+            Setter::Comment(_) => false,
+        })
+    }
+
     /// What stands behind a motion: what it sets, at a time or a place near the target, is known
     /// no longer.
     pub(super) fn act(&mut self, statement: &Statement, action: &str) {
-        let line = statement.line;
+        let line = self.line_of(statement);
         let Some((_, done)) = split_outside(action, ",") else { return };
         let done = done.trim();
         if starts_with(done, "CALL") {
-            self.call(done, statement);
+            self.call_beside(done, statement);
+        } else if POINT_LOGIC.contains(&done) && self.is_quiet_logic() {
+            // Its statements stand behind the motion and are read there.
         } else if !self.forget_assigned(line, done, "it is set beside a motion") {
             let what = format!("'{done}' beside a motion: if it moves, its motion is not read");
             self.log.warning(Code::MotionLeftOut, line, what);
@@ -538,16 +607,6 @@ impl<'a> Run<'a> {
 /// Why it is not known where the arm stands.
 pub(super) fn unstopped(behind: &str) -> String {
     format!("behind {behind} is known only at run time")
-}
-
-fn labels(statements: &[Statement]) -> HashMap<i64, Vec<usize>> {
-    let mut found: HashMap<i64, Vec<usize>> = HashMap::new();
-    for (index, statement) in statements.iter().enumerate() {
-        if let Some((number, _)) = register(statement.text.trim(), "LBL") {
-            found.entry(number).or_default().push(index);
-        }
-    }
-    found
 }
 
 fn is_signal(name: &str) -> bool {

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::words::{end_of_statement, is_of_arm};
+use super::words::{end_of_statement, is_of_arm, register};
 use crate::program::span::Span;
 
 /// A statement without its number and its `;`, continued lines joined.
@@ -51,7 +51,17 @@ pub(super) struct Numbers {
 
 #[derive(Debug, Default)]
 pub(super) struct Source {
+    /// Behind /PROG.
+    pub(super) name: String,
+    /// Where it stands among the programs that are read.
+    pub(super) index: usize,
+    /// The further file that it is of.
+    pub(super) file: Option<String>,
     pub(super) statements: Vec<Statement>,
+    /// Statements with labels, by number.
+    pub(super) labels: HashMap<i64, Vec<usize>>,
+    /// The statements of each FOR and its ENDFOR.
+    pub(super) loops: Vec<[usize; 2]>,
     pub(super) positions: HashMap<u32, Position>,
     pub(super) frames: Numbers,
     pub(super) tools: Numbers,
@@ -72,15 +82,29 @@ pub(super) struct Source {
     pub(super) lines: usize,
 }
 
-pub(super) fn parse(text: &str) -> Source {
+impl Source {
+    /// The same in a further file: nothing is written there.
+    pub(super) fn of_file(mut self, name: &str) -> Self {
+        self.statements.iter_mut().for_each(|own| own.places = Vec::new());
+        self.file = Some(name.to_owned());
+        self
+    }
+
+    pub(super) fn shown_file(&self) -> &str {
+        self.file.as_deref().unwrap_or("the file that is checked")
+    }
+}
+
+/// Reads a listing that has so many lines and bytes of its file before it.
+pub(super) fn parse(text: &str, lines: usize, bytes: usize) -> Source {
     let mut source = Source::default();
     let mut section = "";
     let mut open: Option<Statement> = None;
     let mut positions = String::new();
-    let mut offset = 0;
+    let mut offset = bytes;
     let mut positions_line = 1;
     let mut has_group = false;
-    for (index, whole) in text.split_inclusive('\n').enumerate() {
+    for (index, whole) in (lines..).zip(text.split_inclusive('\n')) {
         let start = offset;
         offset += whole.len();
         source.lines = index + 1;
@@ -103,6 +127,10 @@ pub(super) fn parse(text: &str) -> Source {
                 }
             }
             source.has_end = section == "END";
+            if section == "PROG" {
+                let name = trimmed.split_whitespace().nth(1);
+                source.name = name.unwrap_or("").to_owned();
+            }
             if section == "POS" && positions.is_empty() {
                 positions_line = index + 2;
             }
@@ -140,6 +168,8 @@ pub(super) fn parse(text: &str) -> Source {
         source.faults.push((open.line, "the statement has no ';': is the file whole?".to_owned()));
     }
     read_positions(&positions, positions_line, &mut source);
+    source.labels = labels(&source.statements);
+    pair(&mut source);
     let groups = source.positions.values().flat_map(|position| &position.groups);
     for (_, group) in groups.filter(|(number, _)| *number == 1) {
         // Joints need no frame.
@@ -157,6 +187,56 @@ pub(super) fn parse(text: &str) -> Source {
     source.frames.are_chosen = chooses("UFRAME_NUM");
     source.tools.are_chosen = chooses("UTOOL_NUM");
     source
+}
+
+fn labels(statements: &[Statement]) -> HashMap<i64, Vec<usize>> {
+    let mut found: HashMap<i64, Vec<usize>> = HashMap::new();
+    for (index, statement) in statements.iter().enumerate() {
+        if let Some((number, _)) = register(statement.text.trim(), "LBL") {
+            found.entry(number).or_default().push(index);
+        }
+    }
+    found
+}
+
+/// FOR and ENDFOR, IF … THEN, ELSE and ENDIF go in pairs, one within another.
+fn pair(source: &mut Source) {
+    let mut open: Vec<(usize, &str)> = Vec::new();
+    let lone = |what: &str, of: &str| format!("{what} has no {of}: the controller stops there");
+    for (index, statement) in source.statements.iter().enumerate() {
+        let text = statement.text.trim();
+        let word = text.split([' ', '[', '(', '=', ',']).next().unwrap_or("");
+        let last = open.last().map(|(_, word)| *word);
+        let fault = match word {
+            "FOR" => {
+                open.push((index, "FOR"));
+                None
+            }
+            "IF" if text.ends_with("THEN") => {
+                open.push((index, "IF"));
+                None
+            }
+            "ELSE" if text == "ELSE" => (last != Some("IF")).then(|| lone("ELSE", "IF")),
+            "ENDIF" => match open.pop_if(|(_, word)| *word == "IF") {
+                Some(_) => None,
+                None => Some(lone("ENDIF", "IF … THEN")),
+            },
+            "ENDFOR" => match open.pop_if(|(_, word)| *word == "FOR") {
+                Some((start, _)) => {
+                    source.loops.push([start, index]);
+                    None
+                }
+                None => Some(lone("ENDFOR", "FOR")),
+            },
+            _ => None,
+        };
+        source.faults.extend(fault.map(|what| (statement.line, what)));
+    }
+    for (index, word) in open {
+        let end = if word == "FOR" { "ENDFOR" } else { "ENDIF" };
+        let line = source.statements.get(index).map_or(0, |own| own.line);
+        source.faults.push((line, lone(word, end)));
+    }
 }
 
 /// The section that begins at `/MN` or `/PROG NAME` within another; none where a line only looks
@@ -405,6 +485,17 @@ fn component(field: &str, group: &mut Group) -> Result<(), String> {
             }
             let number = number.parse::<f64>().ok().filter(|number| number.is_finite());
             let number = number.ok_or_else(|| format!("{name} is '{value}', expected a number"))?;
+            let of_pose = match name.to_ascii_uppercase().as_str() {
+                "X" | "Y" | "Z" => "mm",
+                "W" | "P" | "R" => "deg",
+                _ => "",
+            };
+            let unit = value.split_whitespace().nth(1).unwrap_or(of_pose).to_ascii_lowercase();
+            let is_unit = matches!(unit.as_str(), "" | "mm" | "deg");
+            if !is_unit || !of_pose.is_empty() && unit != of_pose {
+                let expected = if of_pose.is_empty() { "mm or deg" } else { of_pose };
+                return Err(format!("{name} is '{value}', expected a number in {expected}"));
+            }
             group.parts.insert(name.to_ascii_lowercase(), number);
         }
     }
@@ -429,7 +520,7 @@ mod tests {
 
     #[test]
     fn statements_and_positions_of_both_layouts() {
-        let source = parse(TEXT);
+        let source = parse(TEXT, 0, 0);
         assert!(source.faults.is_empty() && source.has_end, "{:?}", source.faults);
         let lines: Vec<usize> = source.statements.iter().map(|s| s.line).collect();
         assert_eq!(lines, [4, 5, 7, 8]);

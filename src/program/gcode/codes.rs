@@ -123,10 +123,10 @@ fn run_checked(
     if once.macro_call {
         return macro_call(flow, block);
     }
-    let done = spindle_and_tool(machine, &once, line, block);
+    let done = spindle_and_tool(machine, &once, line, block)
+        .and_then(|()| Ok(moves(machine, &once, line, block)));
     flow.parameters.diameter = machine.diameter();
-    done?;
-    let done = moves(machine, &once, line, block);
+    let done = done?;
     if block.word(BLOCK_FEED).is_some() {
         machine.hold_feed(modal);
     }

@@ -74,6 +74,14 @@ impl Lengths {
         self.cut_with.iter().any(|own| own.is_none() || number.is_none() || *own == number)
     }
 
+    /// Radii that G10 sets for a tool, mm.
+    pub(super) fn radii_mm(&self, tool: Option<u32>) -> Vec<f64> {
+        let of_tool = [tool, None].into_iter().filter_map(|own| self.data.get(&own));
+        let set = of_tool.flat_map(|data| data.now.iter().chain(&data.at_cut));
+        let values = set.filter(|(by, _)| matches!(by, Setter::G10(_))).flat_map(|(_, all)| all);
+        values.filter(|(letter, _)| *letter == b'R').map(|(_, value)| *value).collect()
+    }
+
     /// Data of a tool that the program sets.
     pub(super) fn set(
         &mut self,

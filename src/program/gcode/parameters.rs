@@ -31,8 +31,8 @@ pub(super) struct Parameters {
     texts: HashSet<String>,
     /// What the job assumes of those that the program has not set.
     pub(super) given: Given,
-    /// The job's diameter of the tool in the spindle.
-    pub(super) diameter: Option<f64>,
+    /// The diameter of the tool in the spindle, or why it is not known.
+    pub(super) diameter: Option<Result<f64, String>>,
     pub(super) predefined: Predefined,
     /// Of Sinumerik's main program, while a subprogram runs.
     of_main: HashMap<String, Held>,
@@ -159,13 +159,13 @@ impl Parameters {
             self.given.read_of_program(name);
         }
         if *key == Key::Number(DIAMETER) {
-            let found = found.or(self.diameter);
-            return found.ok_or_else(|| {
-                format!(
+            let found = found.map(Ok).or_else(|| self.diameter.clone());
+            return found.unwrap_or_else(|| {
+                Err(format!(
                     "#{DIAMETER} is the diameter of the tool in the spindle (LinuxCNC), which \
                      tool.diameter_mm in the job gives of the first tool, and that of its number \
                      under tools of each"
-                )
+                ))
             });
         }
         if found.is_none() && !self.is_sinumerik {

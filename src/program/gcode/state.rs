@@ -229,9 +229,27 @@ impl<'a> Machine<'a> {
         if self.inches { mm_from_inch(length) } else { length }
     }
 
-    /// Of the tool in the spindle, in the unit of the program.
-    pub(super) fn diameter(&self) -> Option<f64> {
-        self.cutter.diameter_mm().map(|mm| self.in_program_unit(mm))
+    /// Of the tool in the spindle, in the unit of the program, or why it is not known; the job gives
+    /// it, and what the program sets by G10 has to agree.
+    pub(super) fn diameter(&self) -> Option<Result<f64, String>> {
+        /// Of the diameter: a program writes four digits of it.
+        const SAME: f64 = 1e-3;
+        let given = self.cutter.diameter_mm()?;
+        let set =
+            self.lengths.radii_mm(self.cutter.loaded()).into_iter().map(|radius| 2.0 * radius);
+        let other = set.into_iter().find(|set| !((set - given).abs() <= SAME * given));
+        Some(match other {
+            None => Ok(self.in_program_unit(given)),
+            Some(set) if set.is_finite() => Err(format!(
+                "the program sets the diameter of the tool to {set:.3} mm by G10, and the job has \
+                 {given} mm: state in the job's diameter_mm what holds"
+            )),
+            Some(_) => {
+                Err("the program changes the diameter of the tool by G10 from what it was, \
+                            which is not known"
+                    .to_owned())
+            }
+        })
     }
 
     pub(super) fn in_program_unit(&self, mm: f64) -> f64 {

@@ -42,6 +42,7 @@ mod synced;
 mod tangents;
 mod tool_tip;
 mod tp;
+mod tp_calls;
 mod tp_lines;
 mod tp_waits;
 mod turned;

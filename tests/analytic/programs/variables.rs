@@ -147,6 +147,8 @@ fn the_diameter_of_the_tool() {
     assert_ends_at(&of("#1=[10-#5410/2]\nX#1\n", &one, None).unwrap(), &[0.0, 7.0]);
     let program = of("G20\nG1 X[#5410*2] F10\n", &[(None, 25.4)], None).unwrap();
     assert_ends_at(&program, &[0.0, 50.8]);
+    let set = "G10 L1 P1 R3\nG10 L1 P2 R5\nX#5410\n";
+    assert_ends_at(&of(set, &one, None).unwrap(), &[0.0, 6.0]);
     let change = "X#5410\nT2 M6\nX#5410\n";
     let two = [(Some(1), 6.0), (Some(2), 8.0)];
     assert_ends_at(&of(change, &two, None).unwrap(), &[0.0, 6.0, 8.0]);
@@ -154,6 +156,8 @@ fn the_diameter_of_the_tool() {
         ("X#5410\n", &[][..], None, 5, "tool.diameter_mm in the job gives"),
         (change, &one, None, 7, "tool.diameter_mm in the job gives"),
         ("X#5410\n", &one, Some(8.0), 5, "leave it out of assume"),
+        ("G10 L1 P1 R4\nX#5410\n", &one, None, 6, "to 8.000 mm by G10, and the job has 6 mm"),
+        ("G91 G10 L1 P1 R3\nG90 X#5410\n", &one, None, 6, "which is not known"),
     ] {
         let found = of(text, diameters, assumed).unwrap_err();
         assert!(found[0].what.contains(said) && at(&found[0]) == line, "{found:?}");
