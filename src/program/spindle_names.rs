@@ -58,10 +58,14 @@ pub(super) fn doubt(settings: &Settings, log: &mut Log, line: usize, name: &str)
         Setter::Comment(_) => false,
     });
     if !is_of_job {
-        let what = format!(
-            "'{name}' looks like a command to the spindle; path.program.spindle_from in the job \
-             can say what it sets"
-        );
+        let help = match settings.spindle_from {
+            None => "path.program.spindle_from in the job can say what it sets",
+            Some(_) => {
+                "path.program.spindle_from in the job names another, and what this does is not \
+                 read; accept that, where it only starts and stops the spindle"
+            }
+        };
+        let what = format!("'{name}' looks like a command to the spindle; {help}");
         log.warning(Code::SpindleCommand, line, what);
     }
 }

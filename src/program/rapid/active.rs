@@ -1,5 +1,5 @@
 //! `SetSysData`: the tool and the work object that count until the next move, for what asks for
-//! where the arm is; and the load, which counts as that of `GripLoad`.
+//! where the arm is, or for the tool (`CTool`); and the load, which counts as that of `GripLoad`.
 
 use nalgebra::Isometry3;
 
@@ -38,6 +38,7 @@ impl<'a> Interpreter<'a> {
         let done = match kind.as_deref() {
             Some("loaddata") => return self.grip(line, args),
             Some("tooldata") if !is_open => {
+                self.declared_tool = matches!(value, Value::List(_)).then(|| value.clone());
                 self.tcp_of(line, Some(expr), &value).map(|frame| self.active_tool = Some(frame))
             }
             Some("wobjdata") if !is_open => {

@@ -68,8 +68,17 @@ impl<'a> Interpreter<'a> {
         let why = match self.eval(name) {
             Value::Text(text) => {
                 let own = plain(&text);
-                return match among.iter().find(|(other, _)| *other == own) {
-                    Some((_, call)) => self.block(call),
+                let mut found: Vec<&'a Block> =
+                    among.iter().filter(|(other, _)| *other == own).map(|(_, call)| call).collect();
+                if found.len() > 1 {
+                    found.retain(|call| self.is_loaded(call));
+                    if found.len() != 1 {
+                        self.tell_not_loaded(line, text.trim(), !found.is_empty());
+                        return Flow::Next;
+                    }
+                }
+                return match found.first() {
+                    Some(call) => self.block(call),
                     None => self.call_of_controller(line, &Name::new(text.trim()), args),
                 };
             }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::lexer::{Kind, Lexer, Token, unescaped};
-use super::modules::{Renamed, named};
+use super::modules::{Module, Renamed, named};
 use crate::program::span::Span;
 
 use super::syntax::{Args, Expr, Name, Operator, Optional, Path, Step};
@@ -23,11 +23,9 @@ pub(super) struct Cursor<'a> {
     place: usize,
     line: usize,
     depth: usize,
-    /// Whether the text is that of the main file.
-    is_main: bool,
     /// Names that its modules have otherwise, and the module that is read.
     renamed: &'a Renamed,
-    module: String,
+    module: Module,
     /// The last token says that what follows is a field or an optional parameter.
     names_part: bool,
     /// Names that the routine at hand declares itself, in lower case.
@@ -38,15 +36,15 @@ pub(super) struct Cursor<'a> {
 pub(super) type Parsed<T> = Result<T, String>;
 
 impl<'a> Cursor<'a> {
-    pub(super) fn new(text: &'a str, is_main: bool, renamed: &'a Renamed) -> Self {
-        let (lexer, module) = (Lexer::new(text), String::new());
+    /// `file`: the main one is the first.
+    pub(super) fn new(text: &'a str, file: usize, renamed: &'a Renamed) -> Self {
+        let (lexer, module) = (Lexer::new(text), (file, String::new()));
         let mut cursor = Self {
             lexer,
             next: None,
             place: 0,
             line: 1,
             depth: 0,
-            is_main,
             renamed,
             module,
             names_part: false,
@@ -58,12 +56,12 @@ impl<'a> Cursor<'a> {
 
     /// Names are those of this module from here on.
     pub(super) fn enter(&mut self, module: &Name) {
-        self.module.clone_from(&module.key);
+        self.module.1.clone_from(&module.key);
     }
 
     /// The module that is read, in lower case.
     pub(super) fn module(&self) -> &str {
-        &self.module
+        &self.module.1
     }
 
     /// A routine begins: it has declared nothing yet.
@@ -99,7 +97,7 @@ impl<'a> Cursor<'a> {
 
     /// Place of the next token in the text of the main file.
     fn span(&self) -> Option<Span> {
-        self.next.map(|token| token.span).filter(|_| self.is_main)
+        self.next.map(|token| token.span).filter(|_| self.module.0 == 0)
     }
 
     pub(super) fn place(&self) -> usize {

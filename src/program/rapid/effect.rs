@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use super::filled::filled;
 use super::instructions::{change, is_ignored, is_own_function};
 use super::interpreter::{Interpreter, MAX_DEPTH};
+use super::modules::LOADS;
 use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What};
 use super::walk::{blocks_in, functions_in, names_in};
@@ -139,6 +140,7 @@ impl<'a> Interpreter<'a> {
             }
             // These use what they are given.
             _ if change(name, args).is_some() => Effect::Data(names_of(filled(name, args))),
+            key if LOADS.contains(&key) => Effect::Data(references.chain([name]).collect()),
             key if is_ignored(key) => {
                 Effect::Data(references.chain(names_of(filled(name, args))).collect())
             }

@@ -542,6 +542,9 @@ impl<'a> Interpreter<'a> {
         match name.key.as_str() {
             "crobt" => return known(self.current_target(args, &options)),
             "cjointt" => return known(self.current_joints()),
+            "ctool" if !self.active_unknown && self.declared_tool.is_some() => {
+                return self.declared_tool.clone().unwrap_or(Value::Absent);
+            }
             "cpos" => {
                 let target = self.current_target(args, &options);
                 return known(target.and_then(|at| at.part(0, "a target").cloned()));

@@ -91,6 +91,8 @@ impl<'a> Interpreter<'a> {
             _ => None,
         };
         self.log.tcp_of(of_job);
+        self.declared_tool =
+            matches!(tool, Value::List(_)).then(|| tool.clone()).filter(|_| why.is_none());
         self.tcp_of(line, Some(expr), &tool)
     }
 

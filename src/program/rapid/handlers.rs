@@ -1,9 +1,43 @@
 //! What handlers of errors set, which are not read: they run where an error comes.
 
+use std::ops::RangeInclusive;
+
 use super::interpreter::{Handled, Interpreter};
 use super::sets::{given_to, set_within};
 use super::syntax::{Expr, File, Routine, What};
-use super::walk::{functions_in, functions_of, names_in, own_names, reached, statements_in};
+use super::traps::{calls, goes_on};
+use super::walk::{
+    functions_in, functions_of, names_in, own_names, reached, reached_from, statements_in,
+};
+
+/// The lines of handlers behind which nothing goes on: no error of the program is taken up.
+pub(super) fn last_lines(file: &File, entry: &Routine) -> Vec<RangeInclusive<usize>> {
+    let reached = reached_from(file, vec![&entry.name.key]);
+    let Some(reached) = reached else { return Vec::new() };
+    let procedures = file.procedures.iter().filter(|(key, _)| reached.contains(key.as_str()));
+    let all = procedures.map(|(_, own)| own).chain(file.functions.values());
+    let handling: Vec<&Routine> = all.filter(|own| !own.handlers.is_empty()).collect();
+    let is_last = |own: &Routine| {
+        // Which of its statements are in which of them is not kept.
+        let of = ["error", "undo", "backward"].map(|word| own.in_handlers.contains(word));
+        of == [false, true, false] || of == [true, false, false] && !goes_on(&own.handlers)
+    };
+    // Another cycle begins behind it.
+    let again = |what: &What| calls(what, &["exitcycle"]);
+    let traps = file.traps.iter().map(|trap| &trap.body);
+    let blocks = file.procedures.values().chain(file.functions.values());
+    let blocks = blocks.flat_map(|own| [&own.body, &own.handlers]).chain(traps);
+    let mut handled = statements_in(handling.iter().map(|own| &own.handlers));
+    if !handling.iter().all(|own| is_last(own))
+        || handled.any(|what| matches!(what, What::NotUnderstood(_)))
+        || statements_in(blocks).any(again)
+    {
+        return Vec::new();
+    }
+    // What stands before the handler in its line runs.
+    let lines = handling.iter().filter(|own| own.there.is_none());
+    lines.map(|own| own.handlers_from + 1..=own.end).collect()
+}
 
 impl<'a> Handled<'a> {
     /// Of the routines that may run.

@@ -330,9 +330,11 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "syncmoveoff",
         "syncmovesuspend",
     ];
-    // Files, channels, sockets, messages, services, interrupts, tests.
+    // Files, channels, sockets, messages, services, interrupts, tests, and what is only made ready.
     const BESIDE: &str = "\
-        cancelload checkprogref cleariobuff clearrawbytes copyfile copyrawbytes getdataval \
+        acteventbuffer cancelload checkprogref cleariobuff clearrawbytes copyfile copyrawbytes \
+        deacteventbuffer egmactjoint egmactmove egmactpose egmgetid egmreset egmsetupai \
+        egmsetupao egmsetupgi egmsetupuc egmstreamstart egmstreamstop erasemodule getdataval \
         getsysdata gettrapdata ierror ipers ivarvalue makedir packdnheader packrawbytes \
         pathrecstart pathrecstop readerrdata readrawbytes removedir removefile renamefile \
         resetretrycount savecfgdata setdatasearch socketaccept socketbind socketclose \

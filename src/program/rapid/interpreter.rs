@@ -7,6 +7,7 @@ use nalgebra::Isometry3;
 
 use super::carried::{ToolFrame, UnitOff, WorkObject};
 use super::late::Late;
+use super::modules::Loaded;
 use super::number::Number;
 use super::syntax::{Expr, File, Name, Routine, Trap};
 use super::timed::Timed;
@@ -123,6 +124,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) active_object: WorkObject,
     /// The tool that `SetSysData` has set since; whether it has set what is not known.
     pub(super) active_tool: Option<ToolFrame>,
+    /// The tool of the last move, or of `SetSysData` behind it, where the program declares it.
+    pub(super) declared_tool: Option<Value>,
     pub(super) active_unknown: bool,
     /// Whether the arm stands where it went: the last move stops at its end.
     pub(super) has_arrived: bool,
@@ -213,6 +216,7 @@ pub(super) struct Interpreter<'a> {
     /// What `GripLoad` says that the gripper holds, in the frame of the tool, or of the work object
     /// where the arm holds that; or why that is not known.
     pub(super) gripped: Result<Option<Load>, String>,
+    pub(super) loaded: Loaded,
 }
 
 /// How the tool is led.
@@ -271,6 +275,7 @@ impl<'a> Interpreter<'a> {
             active_object: WorkObject::default(),
             led: [Led::default(); 2],
             active_tool: None,
+            declared_tool: None,
             active_unknown: false,
             has_arrived: true,
             runs_on: false,
@@ -313,6 +318,7 @@ impl<'a> Interpreter<'a> {
             connected: Vec::new(),
             stands_for: Named::default(),
             gripped: Ok(None),
+            loaded: Loaded::default(),
         }
     }
 }

@@ -10,6 +10,7 @@ use super::outputs::references;
 use super::sets::{CHANGE, set_within};
 use super::syntax::{Block, Expr, Name, What};
 use super::timed::SETS;
+use super::traps::calls;
 use super::value::Value;
 use super::walk::{
     all_of, blocks_in, blocks_within, calls_in, expressions_in, functions_of, names_in,
@@ -384,8 +385,8 @@ impl<'a> Interpreter<'a> {
     fn doubt_further_passes(&mut self, line: usize, passes: usize) {
         let read = if passes == 1 { "once".to_owned() } else { format!("{passes} times") };
         let what = format!(
-            "WHILE TRUE, which RETURN or GOTO may leave: read {read}; what further passes do, and \
-             what stands behind the loop, is not read"
+            "WHILE TRUE, which RETURN, GOTO or EXIT may leave: read {read}; what further passes \
+             do, and what stands behind the loop, is not read"
         );
         self.log.warning(Code::MotionLeftOut, line, what);
     }
@@ -423,10 +424,16 @@ impl<'a> Interpreter<'a> {
                 _ => None,
             })
             .collect();
-        let leaves = |what: &'a What| match what {
+        let jumps = |what: &'a What| match what {
             What::Return(_) => true,
             What::Goto(label) => !labels.contains(label.key.as_str()),
             _ => false,
+        };
+        // What ends the program counts where nothing else ends the loop.
+        let has_jump = inside().any(jumps);
+        let leaves = |what: &'a What| match has_jump {
+            true => jumps(what),
+            false => calls(what, &["exit", "systemstopaction"]),
         };
         let holds = |what: &'a What, is_it: &dyn Fn(&'a What) -> bool| {
             statements_in(blocks_in(what).into_iter()).any(is_it)

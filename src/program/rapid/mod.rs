@@ -30,6 +30,7 @@ mod interpreter;
 mod late;
 mod lexer;
 mod load;
+mod loaded;
 mod loops;
 mod modules;
 mod moves;
@@ -49,6 +50,7 @@ mod syntax;
 mod texts;
 mod timed;
 mod traps;
+mod twice;
 mod undeclared;
 mod units;
 mod value;
@@ -85,7 +87,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
             let reached = walk::reached(&file, routine);
             interpreter.stands_for = walk::undeclared_frames(&file, reached.as_ref());
             interpreter.run(routine, &arguments);
-            let idle = idle(&file, reached.as_ref(), log);
+            let mut idle = idle(&file, reached.as_ref(), log);
+            idle.extend(handlers::last_lines(&file, routine));
             unread::setters(text, Dialect::Rapid, settings, &idle, log);
         }
         // What was not read may have it.

@@ -1,7 +1,6 @@
 //! Tokens → the modules' data and routines. A statement that is not understood is kept as such, so
 //! that it is a fault only where the program reaches it.
 
-use std::cell::OnceCell;
 use std::collections::HashSet;
 use std::rc::Rc;
 
@@ -10,12 +9,12 @@ use super::cursor::{Cursor, Parsed};
 use super::filled::fills;
 use super::instructions::is_ignored;
 use super::lexer::Kind;
-use super::modules::{Procedures, Renamed, of_module, procedures, renamed};
+use super::modules::{Names, Renamed, names};
 use super::syntax::{
     Args, Block, Declaration, Expr, File, Name, Optional, Parameter, Routine, Statement, There,
     Trap, What, place_of,
 };
-use super::walk::same_literal;
+use super::twice::{self, is_of_both};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::named_by_job;
@@ -30,10 +29,6 @@ const ENDS: [&str; 9] =
 
 const CUT: &str = "the file is cut off; export it again";
 
-/// What helps where two tasks declare a datum.
-const OF_TASKS: &str = ": PERS data that tasks share have one type and one value; give the value \
-                        in one file alone";
-
 /// The modules of the main file and of the others of the program.
 pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
     let mut file = File::default();
@@ -41,28 +36,15 @@ pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
     let all: Vec<&str> =
         [text].into_iter().chain(others.iter().map(|other| other.text.as_str())).collect();
     let entry = settings.procedure.as_deref().unwrap_or("main").to_lowercase();
-    let renamed = renamed(&all, &named_by_job(settings), &entry);
-    let named = OnceCell::new();
+    let names = &names(&all, &named_by_job(settings), &entry);
     let texts = others.iter().map(|other| (other.text.as_str(), Some(other.name.as_str())));
-    for (text, name) in [(text, None)].into_iter().chain(texts) {
-        let cursor = Cursor::new(text, name.is_none(), &renamed);
+    for (index, (text, name)) in [(text, None)].into_iter().chain(texts).enumerate() {
+        let cursor = Cursor::new(text, index, &names.renamed);
         let (fault, open) = (None, None);
-        let named = (&*all, &named);
         let name = name.map(Rc::from);
         let [is_of_task, is_local] = [false; 2];
-        let renamed = &renamed;
-        let mut parser = Parser {
-            cursor,
-            file,
-            depth: 0,
-            name,
-            renamed,
-            named,
-            open,
-            is_of_task,
-            is_local,
-            fault,
-        };
+        let mut parser =
+            Parser { cursor, file, depth: 0, name, names, open, is_of_task, is_local, fault };
         while parser.cursor.peek().is_some() {
             parser.top_level(log);
         }
@@ -77,7 +59,7 @@ pub(super) fn parse(text: &str, settings: &Settings, log: &mut Log) -> File {
 pub(super) fn arguments(texts: &[String]) -> Parsed<Vec<Expr>> {
     let none = Renamed::new();
     let parsed = texts.iter().map(|text| {
-        let mut cursor = Cursor::new(text, false, &none);
+        let mut cursor = Cursor::new(text, 1, &none);
         let expr = cursor.expression()?;
         match cursor.peek() {
             None => Ok(expr),
@@ -105,39 +87,13 @@ fn declare_registers(file: &mut File) {
     }
 }
 
-/// Whether two declarations are of the datum that two tasks share: of the same type, with the same
-/// value, or with a value in one of them.
-fn is_of_both(first: &Declaration, second: &Declaration) -> bool {
-    let both = [first, second];
-    let sizes = both.map(|own| {
-        let sizes = own.dimensions.iter().map(|size| match size {
-            Expr::Number(number, _) => Some(*number),
-            _ => None,
-        });
-        sizes.collect::<Vec<_>>()
-    });
-    let is_same = match (&first.value, &second.value) {
-        (Some(first), Some(second)) => same_literal(first, second),
-        _ => true,
-    };
-    both.iter().all(|own| own.is_persistent && !own.is_of_task)
-        && is_same
-        // Of the main file both would be one task's.
-        && both.iter().any(|own| own.line == 0)
-        && first.kind == second.kind
-        && sizes[0] == sizes[1]
-}
-
 struct Parser<'a> {
     cursor: Cursor<'a>,
     file: File,
     depth: usize,
     /// Of a file that is not the main one.
     name: Option<Rc<str>>,
-    /// Names that modules have otherwise.
-    renamed: &'a Renamed,
-    /// All files, and the names of their procedures, where a string has had one.
-    named: (&'a [&'a str], &'a OnceCell<Procedures>),
+    names: &'a Names,
     /// The module that has begun.
     open: Option<Name>,
     /// Whether TASK stands before the declaration.
@@ -178,9 +134,7 @@ impl<'a> Parser<'a> {
             }
         } else if self.cursor.take_word("FUNC") {
             match self.routine("ENDFUNC", true) {
-                Ok(routine) => {
-                    self.file.functions.insert(routine.name.key.clone(), routine);
-                }
+                Ok(routine) => self.keep_function(routine, log),
                 Err(what) => self.report(Err(what), line, log),
             }
         } else if self.cursor.take_word("TRAP") {
@@ -260,19 +214,12 @@ impl<'a> Parser<'a> {
                 if first.value.is_some() { first } else { declaration }
             }
             Some(first) => {
-                let (at, head, other) = match (first_place, &here) {
-                    (None, None) => (line, String::new(), format!("line {}", first.line)),
-                    (None, Some(here)) => (first.line, String::new(), here.clone()),
-                    (Some(first), None) => (line, String::new(), first),
-                    (Some(first), Some(here)) => (1, format!("{here}: "), first),
-                };
                 let is_tasks =
                     [&first, &declaration].iter().all(|own| own.is_persistent && !own.is_of_task)
                         && self.name.is_some();
-                let hint = if is_tasks { OF_TASKS } else { "" };
-                let shown = &declaration.name.shown;
-                let what = format!("{head}'{shown}' is declared twice, here and at {other}{hint}");
-                log.error(Code::Conflict, at.max(1), what);
+                let shown = format!("'{}'", declaration.name.shown);
+                let places = [(first.line, first_place), (line, here.clone())];
+                twice::tell(&shown, places, twice::help(self.names.loads, is_tasks), log);
                 declaration
             }
             None => declaration,
@@ -282,13 +229,28 @@ impl<'a> Parser<'a> {
     }
 
     fn keep_procedure(&mut self, routine: Routine, log: &mut Log) {
-        let (line, key, shown) =
-            (routine.line, routine.name.key.clone(), routine.name.shown.clone());
+        let key = routine.name.key.clone();
         self.file.procedure_order.push(key.clone());
-        if self.file.procedures.insert(key, routine).is_some() {
-            let what = format!("procedure '{shown}' is declared twice");
-            log.error(Code::Conflict, line.max(1), what);
-        }
+        let help = twice::help(self.names.loads, false);
+        let first = self.file.procedures.insert(key.clone(), routine);
+        twice::tell_routines(
+            "procedure",
+            [first.as_ref(), self.file.procedures.get(&key)],
+            help,
+            log,
+        );
+    }
+
+    fn keep_function(&mut self, routine: Routine, log: &mut Log) {
+        let key = routine.name.key.clone();
+        let help = twice::help(self.names.loads, false);
+        let first = self.file.functions.insert(key.clone(), routine);
+        twice::tell_routines(
+            "function",
+            [first.as_ref(), self.file.functions.get(&key)],
+            help,
+            log,
+        );
     }
 
     fn record(&mut self) -> Parsed<()> {
@@ -333,7 +295,7 @@ impl<'a> Parser<'a> {
     }
 
     fn routine(&mut self, end: &str, typed: bool) -> Parsed<Routine> {
-        let line = self.line();
+        let (line, there) = (self.line(), self.there(self.cursor.line()));
         if typed {
             self.cursor.name()?;
         }
@@ -350,11 +312,22 @@ impl<'a> Parser<'a> {
             self.statement_or_stray(&mut body);
         }
         // Handlers of errors do not run when nothing goes wrong.
-        let before = self.cursor.clone();
+        let (before, handlers_from) = (self.cursor.clone(), self.line());
         let (end, in_handlers) = self.skip_past(end, &name)?;
         let handlers = self.handlers(before);
         let module = self.cursor.module().to_owned();
-        Ok(Routine { line, end, in_handlers, handlers, name, module, parameters, body })
+        Ok(Routine {
+            line,
+            there,
+            end,
+            in_handlers,
+            handlers,
+            handlers_from,
+            name,
+            module,
+            parameters,
+            body,
+        })
     }
 
     /// A trap runs when its interrupt comes, and so do its handlers of errors.
@@ -576,20 +549,34 @@ impl<'a> Parser<'a> {
     /// whole name it is a call.
     fn call_by_name(&mut self, line: usize, name: Expr, args: &Args) -> Parsed<What> {
         let start = by_name::start(&name);
-        let (texts, named) = self.named;
-        let all = named.get_or_init(|| procedures(texts));
         if let Expr::Text(text) = &name {
-            let own = match all.of_modules.contains(&start) {
-                true => of_module(text.trim(), self.renamed),
-                false => self.cursor.named(text.trim()),
+            return match self.procedures(&start, text.trim()).as_slice() {
+                [only] => Ok(What::Call(only.clone(), args.clone())),
+                _ => {
+                    let all = [self.procedures(&start, &start), Vec::new()];
+                    by_name::choice(line, name, args, all)
+                }
             };
-            return Ok(What::Call(own, args.clone()));
         }
-        let begins = |own: &&String| own.starts_with(&start);
-        let names = all.names.iter().filter(begins).map(|own| self.cursor.named(own));
-        let of_modules = all.of_modules.iter().filter(begins);
-        let of_modules = of_modules.map(|own| of_module(own, self.renamed));
-        by_name::choice(line, name, args, [names.collect(), of_modules.collect()])
+        let known = self.names.procedures.keys().filter(|own| own.starts_with(&start));
+        let (of_modules, names): (Vec<_>, Vec<_>) = known.partition(|own| own.contains(':'));
+        let all = [names, of_modules];
+        let all =
+            all.map(|own| own.into_iter().flat_map(|own| self.procedures(own, own)).collect());
+        by_name::choice(line, name, args, all)
+    }
+
+    /// The procedures that a name in a string may be that of, in the module at hand.
+    fn procedures(&self, key: &str, shown: &str) -> Vec<Name> {
+        let own = Name { shown: shown.to_owned(), ..self.cursor.named(key) };
+        let others = self.names.procedures.get(key).filter(|_| own.key == key);
+        match others.filter(|others| !others.is_empty()) {
+            Some(others) => {
+                let own = |key: &String| Name { key: key.clone(), shown: shown.to_owned() };
+                others.iter().map(own).collect()
+            }
+            None => vec![own],
+        }
     }
 
     /// `CONNECT i1 WITH tr;`: an instruction with the name of the trap as a text.
@@ -610,6 +597,9 @@ impl<'a> Parser<'a> {
                 Some(own) => self.call_by_name(line, own, &Args::default()),
                 None => Ok(What::Call(name, args)),
             },
+            Ok(args) if self.names.procedures.get(&name.key).is_some_and(|own| own.len() > 1) => {
+                self.call_by_name(line, Expr::Text(name.shown), &args)
+            }
             Ok(args) => Ok(What::Call(name, args)),
             // One that fills data in must be understood.
             Err(_) if is_ignored(&name.key) && !fills(&name.key) => {

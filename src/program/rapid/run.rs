@@ -6,6 +6,7 @@ use super::constants::VMAX;
 use super::effect::{CIR_PATH_MODE, Effect, GRIP};
 use super::instructions::{self, Motion, change, is_synced};
 use super::interpreter::{Flow, Global, Interpreter, MAX_DEPTH, TOO_DEEP};
+use super::modules::{LOADS, Loaded};
 use super::number::Number;
 use super::sets::CHANGE;
 use super::syntax::{Args, Block, Expr, Name, Path, Routine, Statement, What, place_of};
@@ -253,6 +254,7 @@ impl<'a> Interpreter<'a> {
         match (name.key.as_str(), value) {
             (GRIP, Value::Unknown(why)) => self.gripped = Err(why.to_string()),
             (CIR_PATH_MODE, _) => self.turning = None,
+            (key, _) if LOADS.contains(&key) => self.loaded = Loaded::unknown(),
             _ => {}
         }
         self.forget_name(&name.key);
@@ -434,6 +436,7 @@ impl<'a> Interpreter<'a> {
                     "waituntil" => self.waited(args),
                     "actunit" => self.switch_on(args),
                     "deactunit" => self.switch_off(args, true),
+                    _ if LOADS.contains(&key) => self.heed_load(key, args),
                     _ => self.run_functions(key, args),
                 }
                 self.heed_stop(line, name);

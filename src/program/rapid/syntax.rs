@@ -175,12 +175,16 @@ impl Declaration {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Routine {
     pub(super) line: usize,
+    /// As of a statement.
+    pub(super) there: Option<There>,
     /// Line of its end.
     pub(super) end: usize,
     /// Words of its handlers of errors, in lower case, which are not read.
     pub(super) in_handlers: HashSet<String>,
     /// Their statements, as far as they are understood: they never run here.
     pub(super) handlers: Block,
+    /// Line at which they begin.
+    pub(super) handlers_from: usize,
     pub(super) name: Name,
     /// Its module, in lower case.
     pub(super) module: String,

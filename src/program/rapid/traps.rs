@@ -375,12 +375,12 @@ impl<'a> Interpreter<'a> {
     }
 }
 
-fn calls(what: &What, wanted: &[&str]) -> bool {
+pub(super) fn calls(what: &What, wanted: &[&str]) -> bool {
     matches!(what, What::Call(name, _) if wanted.contains(&name.key.as_str()))
 }
 
 /// Whether the program may go on behind a handler of errors: unless it ends or raises in any case.
-fn goes_on(handler: &Block) -> bool {
+pub(super) fn goes_on(handler: &Block) -> bool {
     let leaves = |what: &What| {
         matches!(what, What::Return(_) | What::Goto(_)) || calls(what, &["retry", "trynext"])
     };

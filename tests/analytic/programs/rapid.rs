@@ -196,6 +196,34 @@ fn a_move_that_sets_the_spindle_beside_its_setting_is_doubted() {
     }
 }
 
+/// Technical reference manual, RAISE: with no handler left the program stops; UNDO runs where an
+/// error leaves the routine.
+#[test]
+fn a_handler_behind_which_nothing_goes_on_sets_no_spindle() {
+    let what = Setter::Signal("aoSpindle".to_owned());
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1000.0 }), ..settings() };
+    for (handler, more, expected) in [
+        ("ERROR\nSetAO aoSpindle,0;\nEXIT;", "", 0),
+        ("ERROR\nSetAO aoSpindle,0;\nRAISE;", "", 0),
+        ("UNDO\nSetAO aoSpindle,0;", "", 0),
+        // In its own line, before the handler, the instruction runs.
+        ("ERROR SetAO aoSpindle,0;\nEXIT;", "", 1),
+        ("ERROR\nSetAO aoSpindle,0;\nUNDO\nEXIT;", "", 1),
+        ("ERROR\nSetAO aoSpindle,0;\nTRYNEXT;", "", 1),
+        ("ERROR\nSetAO aoSpindle,0;\nRAISE;", "ERROR\nRETURN;", 1),
+        ("UNDO\nSetAO aoSpindle,0;", "ERROR\nRETURN;", 1),
+        ("ERROR\nSetAO aoSpindle,0;\nExitCycle;", "", 1),
+    ] {
+        let body = format!(
+            "SetAO aoSpindle,3;\nMoveL p,v5,fine,tool0;\nsub;\n{more}\nENDPROC\nPROC sub()\n\
+             MoveL Offs(p,9,0,0),v5,fine,tool0;\n{handler}"
+        );
+        let found = read(module(&body).as_bytes(), Dialect::Rapid, &job).unwrap().warnings;
+        let doubts = found.iter().filter(|note| note.what.contains("nothing that it sets is read"));
+        assert_eq!(doubts.count(), expected, "{handler} {more}: {found:?}");
+    }
+}
+
 #[test]
 fn flow_as_the_controller_has_it() {
     let text = "MODULE m

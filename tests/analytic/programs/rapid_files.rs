@@ -132,3 +132,86 @@ fn places_in_another_file_are_those_of_the_statement_that_is_told() {
     assert!(found.as_ref().is_err_and(|own| own[0].what.starts_with("b.mod:4: ")), "{found:?}");
     refused(found, 5, &["; line 5 likewise"]);
 }
+
+/// Instructions from line 4 on, beside parts that the program loads.
+fn with_parts(body: &str, parts: &[(&str, &str)]) -> Result<Program, Vec<Note>> {
+    let parts = parts
+        .iter()
+        .map(|(name, text)| Companion { name: (*name).to_owned(), text: (*text).to_owned() });
+    let companions = parts.collect();
+    read(module(body).as_bytes(), Dialect::Rapid, &Settings { companions, ..settings() })
+}
+
+/// A part with data and a procedure of names that the others have, too.
+fn part(module: &str, x: i32) -> String {
+    format!(
+        "MODULE {module}\nVAR num x:={x};\nPROC Cut()\nStep;\nENDPROC\nPROC Step()\n\
+         MoveL Offs(p,x,0,0),v5,fine,tool0;\nIncr x;\nENDPROC\nPROC main()\nCut;\nENDPROC\n\
+         ENDMODULE\n"
+    )
+}
+
+fn cuts(found: &Program) -> Vec<f64> {
+    let ends = found.moves.iter().skip(1).map(|each| super::support::end(each).1);
+    ends.map(|pose| (pose.translation.x * 1e3).round()).collect()
+}
+
+/// Technical reference manual, Load and UnLoad: a module, and what it declares, counts while it is loaded.
+#[test]
+fn parts_that_are_loaded_one_after_the_other_may_share_names() {
+    let load = |file: &str, call: &str| {
+        let file = format!("\"HOME:/job/{file}\"");
+        format!("Load \\Dynamic, {file};\n{call}\nUnLoad {file};\n")
+    };
+    let (a, b) = (part("pa", 10), part("pb", 20));
+    let files = [("parts/a.mod", a.as_str()), ("parts/b.mod", b.as_str())];
+    for [first, second] in [
+        ["%\"pa:main\"%;", "%\"pb:main\"%;"],
+        ["%\"pa:Cut\"%;", "%\"PB:cut\"%;"],
+        ["%\"Cut\"%;", "%\"Cut\"%;"],
+        ["%\"C\"+s%;", "%\"C\"+s%;"],
+        ["Cut;", "Cut;"],
+    ] {
+        let (first, second) = (load("A.MOD", first), load("b.mod", second));
+        let head = format!("VAR string s:=\"ut\";\n{MOVE}\n");
+        let found = with_parts(&format!("{head}{first}{second}{first}"), &files).unwrap();
+        // What the first has counted is gone where it is loaded again.
+        assert_eq!(cuts(&found), [110.0, 120.0, 110.0], "{first}");
+        assert_eq!(doubts(&found), [], "{first}: {:?}", found.warnings);
+    }
+    // Parts of one name of the module, under a name and a folder that the program works out.
+    let (a, b) = (part("cut", 10), part("cut", 20));
+    let files = [("a1.mod", a.as_str()), ("a2.mod", b.as_str())];
+    let body = format!(
+        "VAR string f;\n{MOVE}\nFOR i FROM 1 TO 2 DO\nf:=\"a\"+ValToStr(i)+\".mod\";\n\
+         StartLoad \\Dynamic, \"HOME:\" \\File:=f, ls;\nWaitLoad ls;\n%\"cut:main\"%;\n\
+         UnLoad \"HOME:\" \\File:=f;\nENDFOR"
+    );
+    let found = with_parts(&body, &files).unwrap();
+    assert_eq!((cuts(&found), doubts(&found)), (vec![110.0, 120.0], vec![]));
+}
+
+#[test]
+fn which_of_the_parts_of_one_name_is_meant_must_be_known() {
+    let (a, b) = (part("pa", 10), part("pb", 20));
+    let files = [("a.mod", a.as_str()), ("b.mod", b.as_str())];
+    let [load_a, load_b] = ["a", "b"].map(|own| format!("Load \\Dynamic, \"{own}.mod\";"));
+    for (body, line, said) in [
+        (format!("{load_a}\n{load_b}\n%\"Cut\"%;"), 7, "more than one of them is loaded"),
+        (format!("{load_a}\nUnLoad \"a.mod\";\n%\"Cut\"%;"), 7, "none of them is loaded"),
+        ("Load \\Dynamic, f;\n%\"Cut\"%;".to_owned(), 6, "only the run knows which of them"),
+        (format!("IF DInput(di1)=1 {load_a}\n%\"Cut\"%;"), 6, "only the run knows which of them"),
+    ] {
+        refused(with_parts(&format!("{MOVE}\n{body}"), &files), line, &[said, "module:Cut"]);
+    }
+    // Without a Load all files are there at once; data may be meant by another module.
+    let said = ["o.mod:3: procedure 'Cut' is declared twice, here and at a.mod:3"];
+    let files = [("a.mod", a.as_str()), ("o.mod", b.as_str())];
+    let found = with_parts(MOVE, &files).unwrap_err();
+    assert!(found.iter().any(|note| note.what.contains(said[0])), "{found:?}");
+    let found = with_parts(&format!("{load_a}\nMoveL Offs(p,x,0,0),v5,fine,tool0;"), &files);
+    refused(found, 1, &["'x' is declared twice, here and at a.mod:2: of parts", "LOCAL in each"]);
+    let function = "MODULE b\nFUNC num one()\nRETURN 1;\nENDFUNC\nENDMODULE\n";
+    let files = [("a.mod", function), ("b.mod", function)];
+    refused(with_parts(MOVE, &files), 1, &["b.mod:2: function 'one' is declared twice, here"]);
+}

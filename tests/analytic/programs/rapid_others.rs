@@ -354,6 +354,13 @@ fn motion_from_outside_is_refused() {
         let found = with(&format!("IF di1=1 {sent}"), "VAR egmident e;");
         refused(found, 4, &["IF decides about motion at run time"]);
     }
+    // What only makes it ready, or sends where the arm is.
+    let ready = "EGMReset e;\nEGMGetId e;\nEGMSetupUC ROB_1,e,\"a\",\"b\"\\Pose;\n\
+                 EGMActPose e\\Tool:=tool0,p0,EGM_FRAME_BASE,p0,EGM_FRAME_BASE;\n\
+                 EGMStreamStart e\\SampleRate:=4;\nEGMStreamStop e;\nActEventBuffer;\n\
+                 DeactEventBuffer;\nEraseModule \"b\";";
+    let found = with(&format!("{MOVE}\n{ready}\n{NEXT}"), "VAR egmident e;VAR pose p0;");
+    assert_eq!(doubts(&found.unwrap()), []);
 }
 
 /// An index that nothing of the job can change.
@@ -490,8 +497,16 @@ fn a_part_of_a_type_of_another_file_is_the_jobs_unless_the_program_sets_it() {
 fn the_current_tool_and_work_object_are_the_jobs_where_nothing_else_was_used() {
     assert_eq!(with_tools("CTool()", "CTool()", ""), []);
     let own = "PERS tooldata t:=[TRUE,[[0,0,7],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];";
-    let after = with_tools("t", "CTool()", own);
-    assert!(after.contains(&(Code::ChangeIgnored, 5)), "{after:?}");
+    assert_eq!(with_tools("t", "CTool()", own), []);
+    for (between, z) in [("", 0.007), ("SetSysData u;", 0.005)] {
+        let own = format!("{own}\n{}", own.replace(" t:", " u:").replace(",7]", ",5]"));
+        let moves = format!("MoveL p,v5,fine,t;\n{between}\nMoveL p,v5,fine,CTool();");
+        let text = module(&moves).replace("ENDMODULE", &format!("{own}\nENDMODULE"));
+        let found = run(&text, &settings()).unwrap();
+        assert_eq!((found.moves[1].tcp.translation.z, doubts(&found)), (z, vec![]), "{between}");
+    }
+    let unknown = with_tools("t;\nIF DInput(di1)=1 SetSysData t", "CTool()", own);
+    assert!(unknown.contains(&(Code::ChangeIgnored, 6)), "{unknown:?}");
     let object = "tool0\\WObj:=CWObj();";
     let text = module(&[MOVE, NEXT].map(|each| each.replace("tool0;", object)).join("\n"));
     let work_object = Some(Isometry3::translation(0.0, 0.0, 0.1));

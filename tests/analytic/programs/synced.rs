@@ -190,6 +190,8 @@ fn a_loop_that_a_known_jump_leaves_is_read_to_its_end() {
         assert_eq!((moves, told), (5, vec![]), "{counts}");
         let (moves, told, _) = of("0", counts, "IF i>3 GOTO out;", &format!("out:\n{GO}"));
         assert_eq!((moves, told), (6, vec![]), "{counts}");
+        let (moves, told, _) = of("0", counts, "IF i>3 EXIT;", "");
+        assert_eq!((moves, told), (5, vec![]), "{counts}");
     }
     // Nothing that decides changes, or it comes back to what it was.
     let (moves, told, what) = of("0", "n:=n+1;", "IF i>3 RETURN;", "");
