@@ -26,7 +26,11 @@ impl<'a> Run<'a> {
             if !sets {
                 self.rests_on = outer;
             }
-            return self.run_routine(routine, args, values, on);
+            let outer = self.is_in_spindle;
+            self.is_in_spindle |= self.spindles_procedure().is_some_and(|own| own == name);
+            let flow = self.run_routine(routine, args, values, on);
+            self.is_in_spindle = outer;
+            return flow;
         }
         if name == "bas" {
             if let Err(why) = self.bas(line, values) {

@@ -202,6 +202,11 @@ impl<'t> Cursor<'t> {
             let weakest = if self.compares_last { SUM } else { COMPARISON };
             return Ok(Expr::Not(Box::new(self.binary(weakest)?)));
         }
+        if self.take_word("b_not") {
+            let inner = self.binary(FRAMES + 1)?;
+            let ones = Expr::Number(-1.0, None, Sort::Whole);
+            return Ok(Expr::Binary("b_exor", Box::new(inner), Box::new(ones)));
+        }
         self.primary()
     }
 

@@ -11,7 +11,7 @@ use super::signals::named_by;
 use super::syntax::{Expr, Path};
 use super::value::{AXES, FRAME, Parts, Sort, Type, Value, base, frame, of_frame, unset};
 use super::walk::{all_of, names_in};
-use super::words::{BEHIND_MOVE, is_own_function};
+use super::words::{BEHIND_MOVE, ON_KINEMATIC, is_own_function};
 use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame};
 use crate::program::{Assumed, Settings};
@@ -24,7 +24,12 @@ const SIGNALS: [&str; 4] = ["$out", "$anout", "$flag", "$cycflag"];
 const RUNNING: [&str; 2] = ["$timer", "$cycflag"];
 
 /// What changes with every move.
-const POSITIONS: [&str; 4] = ["$pos_act", "$pos_ret", "$pos_int", "$axis_act"];
+const POSITIONS: [&str; 6] =
+    ["$pos_act", "$pos_ret", "$pos_int", "$pos_act_meas", "$axis_act", "$axis_act_meas"];
+
+/// Of the axes before the first move: a move to them goes nowhere.
+pub(super) const AXES_AT_START: &str =
+    "where the axes are before the first move is known only at run time";
 
 impl<'a> Run<'a> {
     pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
@@ -152,7 +157,7 @@ impl<'a> Run<'a> {
                 name.to_uppercase()
             )));
         }
-        if is_position && key != "$axis_act" {
+        if is_position && !key.starts_with("$axis") {
             let frames = (self.base, self.tcp, self.no_base.clone(), self.unknown_form.clone());
             if self.asked_in.is_none() {
                 let what = "what assume: gives of the robot's position counts in the base and with \
@@ -229,7 +234,11 @@ impl<'a> Run<'a> {
         match key {
             "$nullframe" | "tool_data[0]" => of_frame(&Isometry3::identity()),
             "$world" => of_frame(&self.settings.base_frames.get(&0).copied().unwrap_or_default()),
+            "$nullpos" if self.settings.external_axes.is_empty() => null_position(),
             "$pos_act" | "$pos_ret" | "$pos_int" => self.position(),
+            "$axis_act" | "$axis_act_meas" if !(self.has_left || self.log.has_moved()) => {
+                Value::unknown(AXES_AT_START)
+            }
             "$base" => match &self.no_base {
                 Some(why) => Value::unknown(why.clone()),
                 None => {
@@ -238,7 +247,7 @@ impl<'a> Run<'a> {
                 }
             },
             "$tool" => {
-                self.tell_of_flange(self.line);
+                self.tell_of_tool(self.line);
                 of_frame(&self.tcp)
             }
             "$vel" => self.speeds(),
@@ -270,7 +279,7 @@ impl<'a> Run<'a> {
             _ if self.no_base.is_some() => Value::unknown("the base is not known"),
             Some(last) if !self.log.is_away() => {
                 self.tell_of_world();
-                self.tell_of_flange(self.line);
+                self.tell_of_tool(self.line);
                 of_frame(&(self.base.inverse() * last.with(&self.tcp)))
             }
             _ if self.has_left || self.log.has_moved() => {
@@ -541,6 +550,7 @@ impl<'a> Run<'a> {
                         .and_then(|n| self.base_frame(n).map(|frame| of_frame(&frame))),
                 )
             }
+            "ek" | "eb" => Value::unknown(format!("{}(…) {ON_KINEMATIC}", name.to_uppercase())),
             "sipo_mode" => match first {
                 Some(value @ Value::Enum(_)) => value.clone(),
                 _ => Value::Enum("base".to_owned()),
@@ -570,6 +580,17 @@ fn value_of(assumed: Assumed) -> Value {
             Value::Num(value, None, sort)
         }
     }
+}
+
+/// $NULLPOS; which S and T it has is not known here.
+fn null_position() -> Value {
+    let mut parts = match of_frame(&Isometry3::identity()) {
+        Value::Parts(parts) => parts,
+        other => return other,
+    };
+    let unknown = || Value::unknown("S and T of $NULLPOS are not read");
+    parts.extend(["s", "t"].map(|name| (name.to_owned(), unknown())));
+    Value::Parts(parts)
 }
 
 pub(super) fn number_of(value: &Value, part: &str) -> Result<f64, String> {

@@ -3,6 +3,7 @@
 use super::run::Run;
 use super::turns::Turns;
 use super::value::{Value, part};
+use super::words::ON_KINEMATIC;
 
 /// Of what a form states.
 pub(super) const TOOL: usize = 0;
@@ -78,7 +79,24 @@ impl Run<'_> {
         }
         if let Some(number) = part(&form, "base_no")? {
             self.chooses_base_number(number);
+            let moved = self.is_on_kinematic(number);
+            self.no_base = moved.or_else(|| self.no_base.take());
         }
         Ok(())
+    }
+
+    /// Why BASE_DATA[n] is not the base: MACHINE_FRAME_DAT[n] lays it on an external kinematic, the
+    /// robot aside (bas.src, FRAMES; BAS(#BASE,n) does not ask for that).
+    fn is_on_kinematic(&mut self, number: f64) -> Option<String> {
+        let list = format!("machine_frame_dat[{number}]");
+        let of = |value: Value, name: &str| value.parts().ok()?.get(name).cloned();
+        let index = of(self.datum(&list), "mach_def_index")?.num().ok()?;
+        let kind = of(self.datum(&format!("machine_def[{index}]")), "mech_type");
+        let is_robot = |kind: &str| matches!(kind, "robot" | "none");
+        if index == 0.0 || matches!(kind, Some(Value::Enum(kind)) if is_robot(&kind)) {
+            return None;
+        }
+        let list = list.to_uppercase();
+        Some(format!("MACH_DEF_INDEX {index} of {list} {ON_KINEMATIC}"))
     }
 }

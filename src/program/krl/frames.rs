@@ -6,10 +6,10 @@ use super::eval::number_of;
 use super::forms::{BASE, TOOL};
 use super::run::{OfWorld, Run};
 use super::syntax::{Expr, Path};
-use super::value::{FRAME, Sort, Value, frame, numbers, pose};
+use super::value::{FRAME, Sort, Value, base, frame, numbers, pose};
 use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame, without_own_frame};
-use crate::program::tool_number;
+use crate::program::{Settings, tool_number};
 
 const CHOSEN: OfWorld = (
     Code::FrameFromProgram,
@@ -23,6 +23,24 @@ const INITIAL: OfWorld = (
      path.program.base_frames: {0: …} in the job says where $WORLD is, {xyz_m: [0, 0, 0]} for the \
      robot's base frame",
 );
+
+const NO_BASE: OfWorld = (
+    Code::ChangeIgnored,
+    "no line before chooses a base, so that the one of the program that ran before holds; the \
+     robot's base frame is taken: work_object in the job says where the base is",
+);
+
+/// To the controller $NULLFRAME and tool 0 are the flange; a job may mean it by its tcp.
+const FLANGE: &str = "the tool is the flange ($NULLFRAME, tool 0), and the job's tcp is taken for \
+                      it: path.program.tool_frames: {0: …} in the job says where tool 0 is, \
+                      {xyz_m: [0, 0, 0]} for the flange";
+
+pub(super) const KEPT: &str = "BAS(#INITMOV) has taken tool 1 before, and TOOL_DATA[1] is in no \
+                               file that is read: the tool that held then is kept; \
+                               path.program.tool_frames: {1: …} in the job says where it is";
+
+const NO_TOOL: &str = "no line before chooses a tool, so that the one of the program that ran \
+                       before holds; the tip frame is taken: tcp in the job says where the tool is";
 
 impl<'a> Run<'a> {
     /// `$TOOL=TOOL_DATA[2]`, `$BASE=BASE_DATA[1]`, `$TOOL=STOOL2(FP1)`, `$BASE=SBASE(1)`: frames
@@ -92,7 +110,7 @@ impl<'a> Run<'a> {
         six[index] = value.num()?;
         if which == TOOL {
             self.log.tcp_of(None);
-            self.tell_of_flange(self.line);
+            self.tell_of_tool(self.line);
         }
         Ok(pose(six))
     }
@@ -103,8 +121,8 @@ impl<'a> Run<'a> {
         value: &Value,
     ) -> Result<Isometry3<f64>, String> {
         let own = frame(value.parts()?)?;
-        self.is_flange = own == Isometry3::identity() && self.has_other_flange();
-        self.keeps_tool = false;
+        let is_flange = own == Isometry3::identity() && self.has_other_flange();
+        self.unsure_tool = Some(FLANGE).filter(|_| is_flange);
         if own == Isometry3::identity() {
             return tool_frame(self.settings, 0.0, "TOOL_DATA");
         }
@@ -157,20 +175,22 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// To the controller $NULLFRAME and tool 0 are the flange; a job may mean it by its tcp.
-    pub(super) fn tell_of_flange(&mut self, line: usize) {
-        if self.is_flange {
-            let what = "the tool is the flange ($NULLFRAME, tool 0), and the job's tcp is taken \
-                        for it: path.program.tool_frames: {0: …} in the job says where tool 0 is, \
-                        {xyz_m: [0, 0, 0]} for the flange";
+    /// Of a move with the tool, and where the program takes a number from it.
+    pub(super) fn tell_of_tool(&mut self, line: usize) {
+        if let Some(what) = self.unsure_tool {
             self.log.warning(Code::ChangeIgnored, line, what);
         }
-        if self.keeps_tool {
-            let what = "BAS(#INITMOV) has taken tool 1 before, and TOOL_DATA[1] is in no file that \
-                        is read: the tool that held then is kept; path.program.tool_frames: {1: …} \
-                        in the job says where it is";
-            self.log.warning(Code::ChangeIgnored, line, what);
-        }
+    }
+
+    /// Where the files or the job have tools or bases by number, and neither the job's `tcp` nor
+    /// its `work_object` stands for one: before the program chooses one, another may hold.
+    pub(super) fn starts_unchosen(&mut self) {
+        let Settings { tcp, work_object, tool_frames, base_frames, .. } = self.settings;
+        let lists = |list: &str| self.globals.keys().any(|key| base(key) == list);
+        let has_tools = !tool_frames.is_empty() || lists("tool_data");
+        let has_bases = base_frames.keys().any(|number| *number > 0) || lists("base_data");
+        self.unsure_tool = Some(NO_TOOL).filter(|_| tcp.is_none() && has_tools);
+        self.of_world = Some(NO_BASE).filter(|_| work_object.is_none() && has_bases);
     }
 
     /// Whether the job has a tcp elsewhere than in the flange, and does not say where tool 0 is.
@@ -181,8 +201,8 @@ impl<'a> Run<'a> {
 
     pub(super) fn take_tool(&mut self, number: f64) -> Result<(), String> {
         self.tcp = self.tool_frame(number)?;
-        self.is_flange = number == 0.0 && self.has_other_flange();
-        self.keeps_tool = false;
+        let is_flange = number == 0.0 && self.has_other_flange();
+        self.unsure_tool = Some(FLANGE).filter(|_| is_flange);
         let of_file = self.globals.get(&format!("tool_data[{number}]"));
         let is_of_file = matches!(of_file, Some(Value::Parts(_)));
         let of_job = tool_number(number).ok().filter(|_| !is_of_file);

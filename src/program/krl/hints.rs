@@ -7,9 +7,9 @@ use super::interrupts::fixed_key;
 use super::run::Run;
 use super::signals::named_by;
 use super::syntax::{Block, Expr, File, Path, Routine, Statement, What};
-use super::value::Value;
+use super::value::{Value, base};
 use super::walk::{blocks_in, expressions, functions_in, names_in};
-use super::words::{is_harmless, sounds_like_motion};
+use super::words::{corrects_frames, is_harmless, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::cell::all;
 use crate::program::spindle_names::{doubt, is_spindles};
@@ -72,12 +72,24 @@ fn is_output(path: &Path) -> bool {
     path.name.starts_with("$out") || path.name.starts_with("$anout")
 }
 
+fn is_off(expr: &Expr) -> bool {
+    matches!(expr, Expr::Bool(false)) || matches!(expr, Expr::Number(value, ..) if *value == 0.0)
+}
+
 impl<'a> Run<'a> {
     fn doubt(&mut self, line: usize, name: &str) {
         doubt(self.settings, self.log, line, name);
     }
 
     pub(super) fn doubt_assignment(&mut self, line: usize, path: &Path, expr: &Expr) {
+        if corrects_frames(&path.name) && *expr != Expr::Bool(false) {
+            let what = format!(
+                "{} lets BAS shift tools or bases by a correction, which is not read",
+                path.name.to_uppercase()
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
+        self.doubt_beside_spindle(line, path, expr);
         let is_place = match expr {
             Expr::Parts(parts) => parts.iter().any(|(name, _)| PARTS.contains(&name.as_str())),
             _ => false,
@@ -122,14 +134,65 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Of a routine of the files: where the job reads nothing, and it sets outputs.
+    /// The procedure that the job reads the spindle from, in lower case.
+    pub(super) fn spindles_procedure(&self) -> Option<String> {
+        match &self.settings.spindle_from.as_ref()?.what {
+            Setter::Procedure(own, _) => Some(own.to_lowercase()),
+            Setter::Signal(_) | Setter::Comment(_) => None,
+        }
+    }
+
+    /// Outputs that this procedure sets, and what it sets to what it is given.
+    pub(super) fn set_by_spindle(&self) -> HashSet<String> {
+        let own = self.spindles_procedure().and_then(|own| self.file.routine(&own));
+        let Some(own) = own else { return HashSet::new() };
+        let is_given = |name: &&str| own.parameters.iter().any(|given| given.name == **name);
+        let sets = own.body.iter().flat_map(|statement| self.unread(&statement.what).sets);
+        let sets = sets.filter(|set| !own.declares(&set.path.name)).map(|set| {
+            let key = self.file.signals.key(fixed_key(set.path));
+            let is_speed = names_in(set.expr.into_iter().collect()).iter().any(is_given);
+            (is_speed || key.starts_with("$out") || key.starts_with("$anout")).then_some(key)
+        });
+        sets.flatten().collect()
+    }
+
+    /// Of what that procedure sets, too, and another line sets to something else than off.
+    pub(super) fn doubt_beside_spindle(&mut self, line: usize, path: &Path, expr: &Expr) {
+        if self.is_in_spindle
+            || self.of_spindle.is_empty()
+            || is_off(expr)
+            || self.is_own(&path.name)
+        {
+            return;
+        }
+        let key = self.file.signals.key(fixed_key(path));
+        let mut all = self.file.signals.shared_with(&key);
+        let shown = self.names(&key).pop().unwrap_or_default().to_uppercase();
+        all.extend([base(&key).to_owned(), key.clone()]);
+        // Where the index is not known it may be any element.
+        let is_any = |own: &String| all.contains(own) || base(own) == key;
+        if self.of_spindle.iter().any(is_any) {
+            let what = format!(
+                "'{shown}' is set here, and the procedure that the job names in spindle_from sets \
+                 it, too: the spindle may have another speed; path.program.spindle_from: \
+                 {{signal: …}} reads what it is set to"
+            );
+            self.log.warning(Code::SpindleCommand, line, what);
+        }
+    }
+
+    /// Of a routine of the files that sets outputs, where the job reads nothing, or another
+    /// procedure: then one that only switches off by its name and by what it sets has no speed.
     pub(super) fn doubt_routine(&mut self, line: usize, name: &str, routine: &'a Routine) {
+        let stops = self.spindles_procedure().is_some()
+            && ["off", "stop", "aus"].iter().any(|word| name.contains(word));
         let sets_output = |what: &&What| match what {
-            What::Assign(path, _) => is_output(path),
+            What::Assign(path, expr) => is_output(path) && !(stops && is_off(expr)),
             What::Call(name, _) => matches!(name.as_str(), "pulse" | "anout"),
             _ => false,
         };
-        if self.settings.spindle_from.is_none()
+        let is_open = self.settings.spindle_from.is_none() || self.spindles_procedure().is_some();
+        if is_open
             && is_spindles(name)
             && statements_in(std::iter::once(&routine.body)).iter().any(sets_output)
         {

@@ -11,17 +11,17 @@ use crate::notes::Code;
 
 /// What an interrupt or a trigger does that is not read.
 #[derive(Default)]
-struct Unread<'a> {
+pub(super) struct Unread<'a> {
     /// With motion, or with what motion depends on.
     motion: Option<String>,
     /// What it sets beside what its own routines declare, and to what.
-    sets: Vec<Set<'a>>,
+    pub(super) sets: Vec<Set<'a>>,
 }
 
 #[derive(Clone, Copy)]
-struct Set<'a> {
-    path: &'a Path,
-    expr: Option<&'a Expr>,
+pub(super) struct Set<'a> {
+    pub(super) path: &'a Path,
+    pub(super) expr: Option<&'a Expr>,
     /// Whether a routine that is called sets it: the name is none of the program that is read.
     is_called: bool,
 }
@@ -100,6 +100,7 @@ impl<'a> Run<'a> {
         let Set { path, expr, .. } = set;
         self.doubt_set(line, path);
         self.doubt_undeclared(line, path, expr);
+        expr.into_iter().for_each(|expr| self.doubt_beside_spindle(line, path, expr));
         let why = format!("'{}' is set by {by}: known only at run time", path.name);
         // By other numbers it may then be any element.
         let is_fixed = path.indices.iter().all(|index| matches!(index, Expr::Number(..)));
@@ -121,7 +122,7 @@ impl<'a> Run<'a> {
     }
 
     /// What a statement and all that it calls would do.
-    fn unread(&self, action: &'a What) -> Unread<'a> {
+    pub(super) fn unread(&self, action: &'a What) -> Unread<'a> {
         let mut found = Unread::default();
         let mut seen = HashSet::new();
         // Each with the routine that it stands in, where that is called.

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3};
 
+use super::eval::AXES_AT_START;
 use super::forms::{BASE, TOOL};
+use super::frames::KEPT;
 use super::run::{OfWorld, Run};
 use super::shares::Shares;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
@@ -17,6 +19,8 @@ use crate::program::log::Tool;
 use crate::program::spindle_names::is_spindles;
 use crate::units::{rad_from_deg, ratio_from_percent};
 
+const POSITIONS_NOW: [&str; 4] = ["$axis_act", "$axis_act_meas", "$pos_act", "$pos_act_meas"];
+
 /// LOAD_DATA of a controller.
 const LOADS: usize = 16;
 
@@ -24,7 +28,10 @@ const LOADS: usize = 16;
 type Kept = (
     (Option<f64>, Option<String>, Shares, [Option<f64>; 2]),
     Turns,
-    ((Isometry3<f64>, Option<Tool>, bool), (Isometry3<f64>, Option<String>, Option<OfWorld>)),
+    (
+        (Isometry3<f64>, Option<Tool>, Option<&'static str>),
+        (Isometry3<f64>, Option<String>, Option<OfWorld>),
+    ),
     Option<(String, [bool; 2])>,
     Option<Arc<Load>>,
 );
@@ -198,7 +205,7 @@ impl<'a> Run<'a> {
         };
         match what.as_str() {
             "initmov" => self.initialise(line),
-            "acc_cp" | "acc_ptp" | "acc_glue" | "acc_gluecp" | "acc_ori" => Ok(()),
+            "acc_cp" | "acc_ptp" | "acc_glue" | "acc_gluecp" | "acc_ori" | "group" => Ok(()),
             "vel_cp" => self.set_basic_velocity(line, number),
             "vel_ptp" => self.set_basic_share(line, number),
             "tool" => {
@@ -267,7 +274,7 @@ impl<'a> Run<'a> {
             Ok(()) => self.acts("$act_tool", 1.0),
             Err(_) => {
                 self.globals.remove("$act_tool");
-                self.keeps_tool = self.tcp != Isometry3::identity();
+                self.unsure_tool = Some(KEPT).filter(|_| self.tcp != Isometry3::identity());
             }
         }
         self.globals.remove("$act_base");
@@ -345,7 +352,7 @@ impl<'a> Run<'a> {
     fn kept(&self) -> Kept {
         let unsure = self.unsure_velocity.clone();
         let speeds = (self.velocity, unsure, self.shares, self.turning);
-        let tool = (self.tcp, self.log.tool_of_tcp(), self.is_flange);
+        let tool = (self.tcp, self.log.tool_of_tcp(), self.unsure_tool);
         let frames = (tool, (self.base, self.no_base.clone(), self.of_world));
         (speeds, self.turns, frames, self.unknown_form.clone(), self.log.carried())
     }
@@ -354,7 +361,7 @@ impl<'a> Run<'a> {
         let (speeds, tool, base, load);
         (speeds, self.turns, (tool, base), self.unknown_form, load) = kept;
         (self.base, self.no_base, self.of_world) = base;
-        (self.tcp, self.is_flange) = (tool.0, tool.2);
+        (self.tcp, self.unsure_tool) = (tool.0, tool.2);
         self.log.tcp_of(tool.1);
         self.log.load(load.as_ref());
         (self.velocity, self.unsure_velocity, self.shares, self.turning) = speeds;
@@ -379,7 +386,12 @@ impl<'a> Run<'a> {
     fn is_skipped(&mut self, line: usize, motion: &'a Motion) -> bool {
         let [Expr::Ref(path)] = motion.targets.as_slice() else { return false };
         // To where it is.
-        if matches!(path.name.as_str(), "$axis_act" | "$pos_act") {
+        if POSITIONS_NOW.contains(&path.name.as_str()) {
+            return true;
+        }
+        if !(self.has_left || self.log.has_moved())
+            && matches!(self.read(path), Value::Unknown(why) if why == AXES_AT_START)
+        {
             return true;
         }
         let is_home = path.name.starts_with("xhome") || path.name.starts_with("home");
@@ -419,7 +431,7 @@ impl<'a> Run<'a> {
         if let Some((why, _)) = &self.unknown_form {
             return Err(why.clone());
         }
-        self.tell_of_flange(line);
+        self.tell_of_tool(line);
         let end = self.target(parts, motion)?;
         // The controller turns the arm on PTP alone.
         let asked = (motion.way == Way::Joint).then(|| self.configuration(parts)).flatten();

@@ -278,7 +278,7 @@ impl Parser {
                 let found = cursor.behind(1)?.motion(&first);
                 found.map_err(|why| if as_shown { DISPLAY.to_owned() } else { why })
             }
-            "resume" | "brake" | "time_block" | "const_vel" => {
+            "resume" | "brake" | "time_block" => {
                 Err(format!("{}: is not supported", first.to_uppercase()))
             }
             // What it sets is not known behind it.
@@ -432,6 +432,11 @@ impl Cursor<'_> {
             paths.push(self.path()?);
         }
         let value = if self.take("=") { Some(self.expression()?) } else { None };
+        if value.is_some() && self.peek() == Some(&Kind::Symbol(",")) {
+            return Err("a declaration that gives a value is of one variable alone: write a line \
+                        for each"
+                .to_owned());
+        }
         Ok(What::Declare(declared, paths, value))
     }
 

@@ -98,6 +98,9 @@ pub(super) struct Run<'a> {
     /// Data that the program gives to what the job reads the spindle or the tool from.
     pub(super) given_on: HashSet<&'a str>,
     pub(super) analog: Analog,
+    /// What the procedure sets that the job reads the spindle from, and whether that runs.
+    pub(super) of_spindle: HashSet<String>,
+    pub(super) is_in_spindle: bool,
     /// Of the data that data lists declare.
     pub(super) types: HashMap<String, Type>,
     /// The data of the routines that run, the innermost last.
@@ -122,10 +125,8 @@ pub(super) struct Run<'a> {
     pub(super) beside: Vec<Beside>,
     pub(super) budget: usize,
     pub(super) tcp: Isometry3<f64>,
-    /// To the controller the tool is the flange, and the job's tcp is taken for it.
-    pub(super) is_flange: bool,
-    /// Whether a tool is kept in place of tool 1, which nothing states.
-    pub(super) keeps_tool: bool,
+    /// Why another tool may be meant than the one that is taken.
+    pub(super) unsure_tool: Option<&'static str>,
     pub(super) base: Isometry3<f64>,
     /// Why the base that the program has chosen is not known.
     pub(super) no_base: Option<String>,
@@ -184,6 +185,8 @@ impl<'a> Run<'a> {
             timed: HashSet::new(),
             given_on: HashSet::new(),
             analog: Analog::default(),
+            of_spindle: HashSet::new(),
+            is_in_spindle: false,
             types: HashMap::new(),
             frames: Vec::new(),
             depth: 0,
@@ -198,8 +201,7 @@ impl<'a> Run<'a> {
             beside: Vec::new(),
             budget: file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             tcp: settings.tcp.unwrap_or_default(),
-            is_flange: false,
-            keeps_tool: false,
+            unsure_tool: None,
             base: settings.work_object.unwrap_or_default(),
             no_base: None,
             of_world: None,
@@ -238,6 +240,8 @@ impl<'a> Run<'a> {
         self.waits = Waits::default();
         self.frames.push(Frame::default());
         self.timed = self.timed_signals();
+        self.of_spindle = self.set_by_spindle();
+        self.starts_unchosen();
         self.body(&routine.body);
         self.tell_no_motion(routine);
     }

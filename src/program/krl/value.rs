@@ -102,6 +102,11 @@ impl Value {
                 }
                 Self::Num(rounded, span.filter(|_| rounded == number), Sort::Whole)
             }
+            // INT of a CHAR is the code of the character.
+            (Self::Text(text), Some(Type::Int)) if text.len() == 1 => {
+                let code = text.bytes().next().map_or(0.0, f64::from);
+                Self::Num(code, None, Sort::Whole)
+            }
             (Self::Parts(mut parts), Some(declared)) => {
                 parts.retain(|name, _| declared.has(name));
                 Self::Parts(parts)

@@ -7,9 +7,14 @@ pub(super) const MAY_SET: &str = "is in no file that is read and may set it";
 pub(super) const BEHIND_MOVE: &str =
     "behind a move to a place that no file gives is known only at run time";
 
+/// Behind what lays a base so.
+pub(super) const ON_KINEMATIC: &str = "lays the base on an external kinematic, and where that is \
+                                       is not read: state $BASE behind it in the file that is \
+                                       checked, as it lies in the robot's base frame";
+
 /// Lines that begin so neither move nor change anything that is read here.
 pub(super) fn is_harmless_keyword(word: &str) -> bool {
-    const HARMLESS: [&str; 24] = [
+    const HARMLESS: [&str; 25] = [
         "interrupt",
         "ext",
         "extfct",
@@ -33,6 +38,8 @@ pub(super) fn is_harmless_keyword(word: &str) -> bool {
         "cast_to",
         "cast_from",
         "const_key",
+        // Of a SPLINE: where its speed stays the same.
+        "const_vel",
         "public",
     ];
     HARMLESS.contains(&word)
@@ -74,7 +81,7 @@ pub(super) fn is_predefined_type(word: &str) -> bool {
 
 /// Procedures and statements without motion and without effect on later motion.
 pub(super) fn is_harmless(name: &str) -> bool {
-    const PROCEDURES: [&str; 22] = [
+    const PROCEDURES: [&str; 24] = [
         "wait for",
         "set_cd_params",
         "scirc_typ",
@@ -97,6 +104,8 @@ pub(super) fn is_harmless(name: &str) -> bool {
         "p00",
         "ir_stopm",
         "delay",
+        "on_error_proceed",
+        "err_clear",
     ];
     is_harmless_keyword(name) || PROCEDURES.contains(&name)
 }
@@ -139,6 +148,11 @@ pub(super) fn sets_motion(name: &str) -> bool {
         "$red_vel",
     ];
     STARTS.iter().any(|start| name.starts_with(start))
+}
+
+/// Switches of the basic package by which it shifts the frames that it takes.
+pub(super) fn corrects_frames(name: &str) -> bool {
+    matches!(name, "base_corr_on" | "m_bas_cor_on" | "tool_corr_on" | "tool_corr_w_on")
 }
 
 pub(super) fn sounds_like_motion(name: &str) -> bool {

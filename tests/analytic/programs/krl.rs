@@ -404,7 +404,122 @@ fn lines_of_splines_turn_at_the_speed_of_splines() {
 fn commands_that_the_basic_package_lacks_are_refused() {
     refused(with("BAS(#OV_PRO,50)", &settings()), "#OV_PRO is no command of bas.src");
     refused(with("BAS(#FOO,50)", &settings()), "#FOO is not understood");
-    assert_eq!(doubts(&krl(&format!("{START}\nBAS(#ACC_GLUE,50)\nLIN {{X 9}}"))), []);
+    for line in ["BAS(#ACC_GLUE,50)", "BAS(#GROUP,1)", "ON_ERROR_PROCEED", "ERR_CLEAR($ERR)"] {
+        assert_eq!(doubts(&krl(&format!("{START}\n{line}\nLIN {{X 9}}"))), [], "{line}");
+    }
+}
+
+/// bas.src, FRAMES: an external kinematic carries the base where MACHINE_FRAME_DAT names one, unless that is the robot;
+/// BAS(#BASE,n) takes BASE_DATA[n].
+#[test]
+fn a_base_on_an_external_kinematic_is_refused() {
+    let of = |index: u8, kind: &str, choice: &str| {
+        let data = format!(
+            "BASE_DATA[2]={{X 700,Y 0,Z 0,A 0,B 0,C 0}}\n\
+             MACHINE_FRAME_DAT[2]={{MACH_DEF_INDEX {index},PARENT[] \"DKP400\"}}\n\
+             MACHINE_DEF[2]={{NAME[] \"DKP400\",MECH_TYPE {kind}}}"
+        );
+        let form = "FDAT_ACT={TOOL_NO 0,BASE_NO 2,IPO_FRAME #BASE}";
+        with(&format!("{form}\n{choice}\n{START}"), &listed(&data))
+    };
+    for (index, kind, choice) in [
+        (0, "#EASYS", "BAS(#FRAMES)"),
+        (2, "#ROBOT", "BAS(#CP_PARAMS,0.2)"),
+        (2, "#EASYS", "BAS(#BASE,2)"),
+        (2, "#EASYS", "BAS(#FRAMES)\n$BASE={X 700,Y 0,Z 0,A 0,B 0,C 0}"),
+    ] {
+        assert_eq!(x(&of(index, kind, choice).unwrap()), [700.0], "{index} {kind} {choice}");
+    }
+    for choice in ["BAS(#FRAMES)", "BAS(#PTP_PARAMS,50)", "BAS(#CP_PARAMS,0.2)"] {
+        let said = "MACH_DEF_INDEX 2 of MACHINE_FRAME_DAT[2] lays the base on an external";
+        refused(of(2, "#EASYS", choice), said);
+    }
+    let eko = "$BASE=EK(K_ROOT(2),K_TYPE(2),K_OFFS(2))";
+    refused(of(0, "#EASYS", eko), "EK(…) lays the base on an external kinematic");
+}
+
+#[test]
+fn corrections_of_the_basic_package_are_a_doubt() {
+    for name in ["BASE_CORR_ON", "M_BAS_COR_ON", "TOOL_CORR_ON", "TOOL_CORR_W_ON"] {
+        for (value, told) in [("TRUE", vec![(Code::ChangeIgnored, 4)]), ("FALSE", vec![])] {
+            let found = krl(&format!("{START}\n{name}={value}\nLIN {{X 9}}"));
+            assert_eq!(doubts(&found), told, "{name} {value}");
+        }
+    }
+    let open = krl(&format!("{START}\nIF $IN[1] THEN\nBASE_CORR_ON=TRUE\nENDIF\nLIN {{X 9}}"));
+    assert_eq!(doubts(&open), [(Code::ChangeIgnored, 5)]);
+}
+
+/// What ran before has chosen it.
+#[test]
+fn a_tool_or_base_that_no_line_chooses_is_a_doubt_where_there_are_several() {
+    const TOOL: &str = "TOOL_DATA[1]={X 0,Y 0,Z 150,A 0,B 0,C 0}";
+    const BASE: &str = "BASE_DATA[1]={X 700,Y 0,Z 0,A 0,B 0,C 0}";
+    let is_told = |body: &str, job: &Settings| match doubts(&with(body, job).unwrap()).as_slice() {
+        [] => false,
+        told => {
+            assert!(told.iter().all(|(code, _)| *code == Code::ChangeIgnored), "{told:?}");
+            true
+        }
+    };
+    let frame = Isometry3::translation(0.0, 0.0, 0.1);
+    let (tools, bases) = (listed(TOOL), listed(BASE));
+    let by_number = |number| Settings { base_frames: [(number, frame)].into(), ..settings() };
+    assert!(!is_told(START, &settings()));
+    assert!(is_told(START, &tools) && is_told(START, &bases) && is_told(START, &by_number(1)));
+    assert!(is_told(START, &Settings { tool_frames: [(1, frame)].into(), ..settings() }));
+    // $WORLD alone, or what the job gives in its place.
+    assert!(!is_told(START, &by_number(0)));
+    assert!(!is_told(START, &Settings { tcp: Some(frame), ..tools.clone() }));
+    assert!(!is_told(START, &Settings { work_object: Some(frame), ..bases.clone() }));
+    assert!(!is_told("PTP {A1 0,A2 -90,A3 90,A4 0,A5 9,A6 0}", &tools));
+    for (choice, job) in [
+        ("$TOOL=TOOL_DATA[1]", &tools),
+        ("BAS(#TOOL,1)", &tools),
+        ("BAS(#INITMOV,0)", &tools),
+        ("$BASE=BASE_DATA[1]", &bases),
+        ("$BASE=$WORLD", &bases),
+        ("BAS(#INITMOV,0)", &bases),
+    ] {
+        assert!(!is_told(&format!("{choice}\n{START}"), job), "{choice}");
+    }
+    // For one move alone.
+    let once = format!("{START} WITH $TOOL=TOOL_DATA[1]");
+    assert!(!is_told(&once, &tools) && is_told(&format!("{once}\nLIN {{X 9}}"), &tools));
+}
+
+#[test]
+fn a_move_to_the_axes_of_the_start_goes_nowhere() {
+    for own in ["$AXIS_ACT", "$AXIS_ACT_MEAS"] {
+        for to in ["A", own] {
+            let read = format!("E6AXIS A\nA={own}\nPTP {to}\n{START}");
+            assert_eq!(krl(&read).moves.len(), 1, "{own} {to}");
+        }
+        let late = format!("E6AXIS A\nA={own}\n{START}\nPTP A\nLIN {{X 9}}");
+        refused(with(&late, &settings()), "where the axes are before the first move");
+        let other = format!("E6AXIS A\nA={own}\nA.A1=A.A1+5\nPTP A\n{START}");
+        refused(with(&other, &settings()), "where the axes are before the first move");
+    }
+}
+
+#[test]
+fn characters_bits_and_the_null_position() {
+    for (set, expected) in [
+        ("S=\"A\"\nN=S", 65.0),
+        // -6 + 10, and 12 without the bit of 8.
+        ("N=B_NOT 5+10", 4.0),
+        ("N=12 B_AND B_NOT(8)", 4.0),
+        ("P=$NULLPOS\nP.X=7\nN=P.X", 7.0),
+    ] {
+        let found = krl(&format!("CHAR S\nINT N\nE6POS P\n{START}\n{set}\nLIN {{X N}}"));
+        assert_eq!((x(&found)[1], doubts(&found)), (expected, vec![]), "{set}");
+    }
+    let start = format!("E6POS P\n{START}\nP=$NULLPOS\nP.X=7\nP.C=180");
+    assert_eq!(doubts(&krl(&format!("{start}\nLIN P"))), []);
+    assert_eq!(doubts(&krl(&format!("{start}\nPTP P"))), [(Code::MotionLeftOut, 8)]);
+    let speed = "SPLINE\nCONST_VEL START=0\nSLIN {X 9}\nCONST_VEL END=0\nENDSPLINE";
+    assert_eq!(x(&krl(&format!("{START}\n{speed}"))), [0.0, 9.0]);
+    refused(with("INT A=2, B=3", &settings()), "of one variable alone");
 }
 
 #[test]

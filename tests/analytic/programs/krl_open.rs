@@ -422,3 +422,34 @@ fn what_stands_behind_the_end_of_a_block_or_statement_is_refused() {
         refused(found, said);
     }
 }
+
+/// The job reads the speed that SPIN is given; what it sets has another speed elsewhere.
+#[test]
+fn what_the_procedure_of_the_spindle_sets_is_a_doubt_elsewhere() {
+    let what = Setter::Procedure("SPIN".to_owned(), 1);
+    let job = Settings { spindle_from: Some(SetBy { what, per_unit: 1.0 }), ..settings() };
+    let routines = "END\nDEF SPIN(N:IN)\nINT N\nRAISE(N)\n$OUT[5]=TRUE\nSETPOINT=N/10\nEND\n\
+                    DEF RAISE(N:IN)\nINT N\n$ANOUT[1]=N/24000.0";
+    for (line, routine, is_doubt) in [
+        ("SPIN(2000)", "", false),
+        ("$ANOUT[1]=0.1", "", true),
+        ("RAISE(2000)", "", true),
+        ("SETPOINT=200", "", true),
+        ("$OUT[5]=TRUE", "", true),
+        ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO $ANOUT[1]=0.1", "", true),
+        ("IF $IN[3] THEN\n$ANOUT[1]=0.1\nENDIF", "", true),
+        ("SPINDLE_SLOW()", "END\nDEF SPINDLE_SLOW()\n$OUT[6]=FALSE", true),
+        ("SPINDLE_OFF()", "END\nDEF SPINDLE_OFF()\n$OUT[6]=TRUE", true),
+        // Off is no other speed, and what SPIN does not set has none.
+        ("SPINDLE_OFF()", "END\nDEF SPINDLE_OFF()\n$OUT[5]=FALSE\n$ANOUT[1]=0", false),
+        ("$OUT[5]=FALSE", "", false),
+        ("$ANOUT[2]=0.1", "", false),
+    ] {
+        let text =
+            format!("{START}\nSPIN(3000)\nLIN {{X 5}}\n{line}\nLIN {{X 9}}\n{routines}\n{routine}");
+        let found = with(&text, &job).unwrap();
+        let told = doubts(&found).into_iter().map(|(code, _)| code).collect::<Vec<_>>();
+        let expected = if is_doubt { vec![Code::SpindleCommand] } else { vec![] };
+        assert_eq!(told, expected, "{line}");
+    }
+}

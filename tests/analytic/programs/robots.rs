@@ -126,7 +126,7 @@ fn krl_that_is_not_understood_is_refused_with_its_line() {
         ("GOTO again", "there is no label 'again'"),
         ("MOVE_TO_START()", "'move_to_start' is in no file that is read and moves by its name"),
         ("GLUE({X 1,Y 2,Z 3})", "'glue' is in no file that is read and is given a position"),
-        ("$BASE=EK($ROBROOT,#EASYS,$BASE)", "known only at run time"),
+        ("$BASE=EK($ROBROOT,#EASYS,$BASE)", "lays the base on an external kinematic"),
         ("$IPO_MODE=#TCP", "stationary tool"),
         ("LIN {X 1 Y 2}", "expected '}'"),
         ("$VEL.CP=0", "must be positive"),

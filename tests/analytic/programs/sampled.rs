@@ -383,7 +383,10 @@ fn krl(body: &str, files: &str) -> Result<Program, Vec<Note>> {
     let frame = |x: f64| nalgebra::Isometry3::translation(x, 0.0, 0.0);
     let base_frames = [(0, frame(0.0)), (1, frame(0.1)), (2, frame(0.2))].into();
     let tool_frames = [(1, frame(0.0)), (2, frame(0.0))].into();
-    let job = detune::program::Settings { base_frames, tool_frames, ..settings() };
+    // What holds before the program chooses one.
+    let (tcp, work_object) = (Some(frame(0.0)), Some(frame(0.0)));
+    let job =
+        detune::program::Settings { base_frames, tool_frames, tcp, work_object, ..settings() };
     read(ended(&text, Dialect::Krl).as_bytes(), Dialect::Krl, &job)
 }
 
