@@ -31,6 +31,9 @@ const BAND: Band = Band { filled: 0.44, told: 0.36 };
 /// A value that interpolation may miss by more than this share of the amplitude is left blank.
 const MAX_ERROR: f64 = 0.02;
 
+/// Rows at either end whose values have fewer samples on one side than on the other.
+const END: usize = 12;
+
 /// What came of a video.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Traced {
@@ -397,9 +400,14 @@ fn fill_table(traced: &mut Traced) -> Result<(), String> {
             None => is_lost(mark, *row),
         })
     };
-    let rows = 0..grid.len();
-    let known = rows.clone().find(is_known).zip(rows.rev().find(is_known));
-    let (from, to) = known.filter(|(from, to)| to + 1 - from >= MIN_FRAMES).ok_or_else(|| {
+    // Near an end single rows may be known between others that are not: at a frame, for one.
+    let mut rows = 0..grid.len();
+    let known = rows.clone().find(is_known).zip(rows.rfind(is_known)).map(|(from, to)| {
+        let first = (from..=to).take(END).filter(|row| !is_known(row)).last();
+        let last = (from..=to).rev().take(END).filter(|row| !is_known(row)).last();
+        (first.map_or(from, |row| row + 1), last.map_or(to, |row| row.saturating_sub(1)))
+    });
+    let (from, to) = known.filter(|(from, to)| *to + 1 >= from + MIN_FRAMES).ok_or_else(|| {
         format!("the marks are not seen together in {MIN_FRAMES} frames that could be aligned")
     })?;
     let is_written = |value: &Resampled| value.is_between && value.error <= MAX_ERROR;

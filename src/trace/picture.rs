@@ -66,3 +66,24 @@ pub(super) struct Crop {
     pub(super) height: usize,
     pub(super) values: Vec<f32>,
 }
+
+impl Crop {
+    /// The rows of a box that is displaced by whole pixels, with a border about it; `None` where
+    /// the crop does not reach that far.
+    pub(super) fn rows(
+        &self,
+        area: Area,
+        [x, y]: [isize; 2],
+        border: usize,
+    ) -> Option<impl Iterator<Item = &[f32]>> {
+        let from = |at: usize, moved: isize, first: isize| {
+            usize::try_from(at as isize + moved - border as isize - first).ok()
+        };
+        let column = from(area.left, x, self.left)?;
+        let row = from(area.top, y, self.top)?;
+        let (across, down) = (area.width + 2 * border, area.height + 2 * border);
+        let is_within = column + across <= self.width && row + down <= self.height;
+        let line = move |y: usize| &self.values[y * self.width + column..][..across];
+        is_within.then(|| (row..row + down).map(line))
+    }
+}

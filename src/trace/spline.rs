@@ -1,7 +1,5 @@
-//! Interpolation by cubic B-splines (Unser, Aldroubi & Eden, IEEE Trans. Signal Process. 41, 1993,
-//! 821–848).
-
-use super::picture::Crop;
+//! Pictures between their pixels, as cubic B-splines (Unser, Aldroubi & Eden, IEEE Trans. Signal
+//! Process. 41, 1993, 821–848) of one or more nodes a pixel.
 
 /// The pole of the filter that turns samples into coefficients, √3 − 2.
 const POLE: f64 = -0.267_949_192_431_122_7;
@@ -9,14 +7,45 @@ const POLE: f64 = -0.267_949_192_431_122_7;
 /// Samples after which the pole's power is nothing.
 const REACH: usize = 16;
 
-/// A crop as coefficients of a spline.
+/// Pixels about a box at which there are nodes, too.
+pub(super) const RIM: usize = 6;
+
+/// Values at nodes, row by row: the first is `RIM` pixels left of and above the first pixel of a
+/// box, the last nearly as far behind its last.
+#[derive(Debug, Clone)]
+pub(super) struct Nodes {
+    /// Pixels of the box.
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Nodes a pixel, along both axes.
+    pub(super) per_px: usize,
+    pub(super) values: Vec<f64>,
+}
+
+impl Nodes {
+    /// Nodes in a row, and rows.
+    pub(super) fn counts(width: usize, height: usize, per_px: usize) -> [usize; 2] {
+        [width, height].map(|side| (side + 2 * RIM) * per_px)
+    }
+}
+
+/// A picture that has values and slopes at every place.
 #[derive(Debug, Clone)]
 pub(super) struct Spline {
-    left: isize,
-    top: isize,
     width: usize,
     height: usize,
-    coefficients: Vec<f64>,
+    per_px: usize,
+    /// Coefficients, such that those one pixel apart lie beside each other: for each node within a
+    /// pixel, row by row, a plane with one value a pixel.
+    planes: Vec<Vec<f64>>,
+}
+
+/// Values of a spline at pixels, row by row, and its slopes there.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Samples {
+    pub(super) values: Vec<f64>,
+    pub(super) along_x: Vec<f64>,
+    pub(super) along_y: Vec<f64>,
 }
 
 /// Samples to coefficients, in place; mirrored at the ends.
@@ -41,91 +70,84 @@ fn filter(line: &mut [f64]) {
     line.iter_mut().for_each(|value| *value *= 6.0);
 }
 
-/// Values of the four splines about a place, `part` of a step behind the second.
-fn weights(part: f64) -> [f64; 4] {
+/// Values of the four splines about a place, `part` of a step behind the second, and their slopes.
+fn weights(part: f64) -> [[f64; 2]; 4] {
     let rest = 1.0 - part;
-    let near = |t: f64| 2.0 / 3.0 - t * t * (1.0 - 0.5 * t);
-    [rest.powi(3) / 6.0, near(part), near(rest), part.powi(3) / 6.0]
-}
-
-/// How interpolation at `part` of a step changes the variance of white noise, along one axis.
-pub(super) fn noise_gain(part: f64) -> f64 {
-    // Autocorrelation of the filter's impulse response, √3 POLE^|n|.
-    let square = POLE * POLE;
-    let correlation =
-        |lag: i32| 3.0 * POLE.powi(lag) * ((1.0 + square) / (1.0 - square) + f64::from(lag));
-    let weights = weights(part);
-    let mut gain = 0.0;
-    for (i, a) in weights.iter().enumerate() {
-        for (j, b) in weights.iter().enumerate() {
-            gain += a * b * correlation(i.abs_diff(j) as i32);
-        }
-    }
-    gain
+    let near = |t: f64| [2.0 / 3.0 - t * t * (1.0 - 0.5 * t), -2.0 * t + 1.5 * t * t];
+    let far = |t: f64| [t.powi(3) / 6.0, 0.5 * t * t];
+    let turned = |[value, slope]: [f64; 2]| [value, -slope];
+    [turned(far(rest)), near(part), turned(near(rest)), far(part)]
 }
 
 impl Spline {
-    pub(super) fn of(crop: &Crop) -> Self {
-        let Crop { left, top, width, height, .. } = *crop;
-        let mut coefficients: Vec<f64> = crop.values.iter().copied().map(f64::from).collect();
-        coefficients.chunks_mut(width.max(1)).for_each(filter);
-        let mut column = vec![0.0; height];
-        for x in 0..width {
+    pub(super) fn of(nodes: &Nodes) -> Self {
+        let Nodes { width, height, per_px, .. } = *nodes;
+        let [across, down] = Nodes::counts(width, height, per_px);
+        let mut coefficients = nodes.values.clone();
+        coefficients.chunks_mut(across.max(1)).for_each(filter);
+        let mut column = vec![0.0; down];
+        for x in 0..across {
             for (y, value) in column.iter_mut().enumerate() {
-                *value = coefficients[y * width + x];
+                *value = coefficients[y * across + x];
             }
             filter(&mut column);
             for (y, value) in column.iter().enumerate() {
-                coefficients[y * width + x] = *value;
+                coefficients[y * across + x] = *value;
             }
         }
-        Self { left, top, width, height, coefficients }
+        let plane = |index: usize| {
+            let rows = coefficients.chunks(across.max(1)).skip(index / per_px).step_by(per_px);
+            rows.flat_map(|row| row.iter().copied().skip(index % per_px).step_by(per_px)).collect()
+        };
+        let planes = (0..per_px * per_px).map(plane).collect();
+        Self { width, height, per_px, planes }
     }
 
-    /// Values at `width` × `height` places one pixel apart from (x, y) on, row by row; `None` where
-    /// the crop does not reach that far.
-    pub(super) fn values(
-        &self,
-        [x, y]: [f64; 2],
-        width: usize,
-        height: usize,
-        values: &mut Vec<f64>,
-    ) -> Option<()> {
-        let (column, row) = (x.floor(), y.floor());
-        let across = weights(x - column);
-        let down = weights(y - row);
-        let first = |at: f64, from: isize| usize::try_from(at as isize - 1 - from).ok();
-        let (column, row) = (first(column, self.left)?, first(row, self.top)?);
-        if column + width + 3 > self.width || row + height + 3 > self.height {
-            return None;
+    /// The four splines at each pixel that is displaced by `part` against the nodes: for each the
+    /// plane, the pixel in it, value and slope.
+    fn taps(&self, part: f64, border: usize) -> [(usize, usize, [f64; 2]); 4] {
+        let step = self.per_px as f64;
+        let at = ((RIM - border) as f64 - part) * step;
+        let first = at.floor().max(1.0);
+        let weights = weights(at - first);
+        let node = |k: usize| first as usize + k - 1;
+        [0, 1, 2, 3].map(|k| {
+            let [value, slope] = weights[k];
+            (node(k) % self.per_px, node(k) / self.per_px, [value, step * slope])
+        })
+    }
+
+    /// Values and slopes at the pixels of the box and of a border of so many pixels about it, no
+    /// more than `RIM` − 3, where the picture is displaced by `part` of a pixel, less than one.
+    pub(super) fn sample(&self, part: [f64; 2], border: usize, samples: &mut Samples) {
+        let [width, height] = [self.width, self.height].map(|side| side + 2 * border);
+        let [across, down] = part.map(|part| self.taps(part, border));
+        let stride = self.width + 2 * RIM;
+        for list in [&mut samples.values, &mut samples.along_x, &mut samples.along_y] {
+            list.clear();
+            list.resize(width * height, 0.0);
         }
-        let mut rows = Vec::with_capacity((height + 3) * width);
-        for y in row..row + height + 3 {
-            let line = &self.coefficients[y * self.width + column..][..width + 3];
-            rows.extend(line.windows(4).map(|c| {
-                c[0] * across[0] + c[1] * across[1] + c[2] * across[2] + c[3] * across[3]
-            }));
-        }
-        values.clear();
         for y in 0..height {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| &rows[(y + k) * width..][..width]);
-            values.extend(
-                (0..width)
-                    .map(|x| a[x] * down[0] + b[x] * down[1] + c[x] * down[2] + d[x] * down[3]),
-            );
+            let row = y * width..(y + 1) * width;
+            let values = &mut samples.values[row.clone()];
+            let along_x = &mut samples.along_x[row.clone()];
+            let along_y = &mut samples.along_y[row];
+            for (plane, column, [weight, slope]) in across {
+                let [a, b, c, d] = down.map(|(below, row, _)| {
+                    let from = (y + row) * stride + column;
+                    &self.planes[below * self.per_px + plane][from..][..width]
+                });
+                let [e, f, g, h] = down.map(|(.., [value, _])| value);
+                let [k, l, m, n] = down.map(|(.., [_, slope])| slope);
+                for x in 0..width {
+                    let value = e * a[x] + f * b[x] + g * c[x] + h * d[x];
+                    let sloping = k * a[x] + l * b[x] + m * c[x] + n * d[x];
+                    values[x] += weight * value;
+                    along_x[x] += slope * value;
+                    along_y[x] += weight * sloping;
+                }
+            }
         }
-        Some(())
-    }
-
-    /// The slope along x and y at a pixel of the crop that is not at its edge.
-    pub(super) fn slope(&self, x: usize, y: usize) -> [f64; 2] {
-        const SMOOTH: [f64; 3] = [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0];
-        let at = |x: usize, y: usize| self.coefficients[y * self.width + x];
-        let along_x =
-            (0..3).map(|k| SMOOTH[k] * 0.5 * (at(x + 1, y + k - 1) - at(x - 1, y + k - 1)));
-        let along_y =
-            (0..3).map(|k| SMOOTH[k] * 0.5 * (at(x + k - 1, y + 1) - at(x + k - 1, y - 1)));
-        [along_x.sum(), along_y.sum()]
     }
 }
 
@@ -133,25 +155,25 @@ impl Spline {
 mod tests {
     use super::*;
 
-    /// A cubic polynomial is its own spline; noise keeps its variance at samples and loses some
-    /// between them.
+    /// A cubic polynomial is its own spline, at one node a pixel and at three.
     #[test]
-    fn polynomials_are_reproduced_and_noise_is_not_raised() {
+    fn polynomials_and_their_slopes_are_reproduced() {
         let of = |x: f64, y: f64| 3.0 + 0.2 * x - 0.1 * y + 0.01 * x * y;
-        let pixels = (0..40 * 40).map(|k| of(f64::from(k % 40), f64::from(k / 40)) as f32);
-        let crop = Crop { left: 0, top: 0, width: 40, height: 40, values: pixels.collect() };
-        let spline = Spline::of(&crop);
-        let mut values = Vec::new();
-        spline.values([15.3, 16.8], 5, 4, &mut values).unwrap();
-        for (k, value) in values.iter().enumerate() {
-            let expected = of(15.3 + (k % 5) as f64, 16.8 + (k / 5) as f64);
-            assert!((value - expected).abs() < 1e-4, "{value} {expected}");
+        for per_px in [1, 3] {
+            let (width, height) = (40, 36);
+            let [across, down] = Nodes::counts(width, height, per_px);
+            let at = |k: usize| k as f64 / per_px as f64 - RIM as f64;
+            let values = (0..across * down).map(|k| of(at(k % across), at(k / across))).collect();
+            let spline = Spline::of(&Nodes { width, height, per_px, values });
+            let mut samples = Samples::default();
+            spline.sample([0.3, -0.6], 2, &mut samples);
+            let index = 22 * (width + 4) + 17;
+            let (x, y) = (15.0 - 0.3, 20.0 + 0.6);
+            let found = [&samples.values, &samples.along_x, &samples.along_y].map(|v| v[index]);
+            let expected = [of(x, y), 0.2 + 0.01 * y, -0.1 + 0.01 * x];
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-3, "{per_px}: {found} {expected}");
+            }
         }
-        let [x, y] = spline.slope(20, 18);
-        assert!((x - 0.38).abs() < 1e-4 && (y - 0.1).abs() < 1e-4, "{x} {y}");
-        assert!(spline.values([36.0, 1.0], 5, 4, &mut values).is_none());
-        assert!((noise_gain(0.0) - 1.0).abs() < 1e-12 && (noise_gain(1.0) - 1.0).abs() < 1e-12);
-        // Cardinal cubic spline at half steps, Σ of squares: 2 (0.6010² + 0.1242² + 0.0333² + …).
-        assert!((noise_gain(0.5) - 0.756).abs() < 0.002, "{}", noise_gain(0.5));
     }
 }

@@ -1,9 +1,10 @@
 //! Marks followed through the frames of a video.
 
+use super::learn::learned;
 use super::picture::{Area, Crop, Picture};
 use super::search::search;
-use super::spline::Spline;
-use super::template::{Fit, RIM, ROUNDING, Template};
+use super::spline::{Nodes, RIM};
+use super::template::{Fit, ROUNDING, Template};
 use crate::statistics::{median, upper_median};
 
 /// Pixels about a mark that are cut out with it.
@@ -14,23 +15,6 @@ const MARGIN: usize = 10;
 const MAX_LEARNED: usize = 240;
 const MAX_LEARNED_BYTES: usize = 128 << 20;
 const MIN_LEARNED: usize = 8;
-
-/// Fewer frames say nothing of single pixels.
-const FEW_FRAMES: f64 = 6.0;
-
-/// How often mean picture and weights are found anew, at most; and the change of a place that ends
-/// it, px.
-const ROUNDS: usize = 12;
-const SETTLED_PX: f64 = 1e-3;
-
-/// Weight of a pixel that has not changed, where others have: still background, or plain.
-const UNCHANGED: f64 = 0.01;
-
-/// Fewer pixels that change are no motion.
-const FEW_PIXELS: usize = 16;
-
-/// A pixel whose variance is so many times that of the steadiest does not move with the mark.
-const STILL: f64 = 3.0;
 
 /// A mark is lost where more than this share of its contrast is not explained.
 const UNEXPLAINED: f64 = 0.2;
@@ -80,8 +64,6 @@ pub struct Tracker {
 #[derive(Debug)]
 struct Mark {
     area: Area,
-    /// The mark with its rim in the first frame.
-    first: Vec<f32>,
     template: Template,
     /// Variance of the noise of a pixel.
     noise: f64,
@@ -168,7 +150,10 @@ impl Mark {
         );
         let noise = noise_of(&rimmed);
         let weights = vec![1.0; area.width * area.height];
-        let template = Template::new(area, rimmed.values.clone(), weights, 1.0)?;
+        let Area { width, height, .. } = area;
+        let values = rimmed.values.iter().copied().map(f64::from).collect();
+        let nodes = Nodes { width, height, per_px: 1, values };
+        let template = Template::new(area, nodes, weights, 1.0)?;
         let count = (area.width * area.height) as f64;
         let grey = || (0..area.width * area.height).map(|index| template.value(index));
         let mean = grey().sum::<f64>() / count;
@@ -177,17 +162,12 @@ impl Mark {
             && variance > FAINT * noise;
         is_seen.then_some(Self {
             area,
-            first: rimmed.values,
             template,
             noise,
             fits: Vec::new(),
             kept: Vec::new(),
             is_learned: false,
         })
-    }
-
-    fn corner(&self) -> [f64; 2] {
-        [self.area.left as f64, self.area.top as f64]
     }
 
     fn crop(&self, picture: &Picture<'_>, near: [f64; 2]) -> Crop {
@@ -202,7 +182,7 @@ impl Mark {
         // Once more where the fit led far from the start.
         for _ in 0..2 {
             let crop = self.crop(picture, start);
-            let fit = self.template.fit(&Spline::of(&crop), self.corner(), start)?;
+            let fit = self.template.fit(&crop, start)?;
             let is_near = (0..2).all(|k| (fit.shift[k] - start[k]).abs() < 2.0);
             if is_near {
                 return Some((fit, crop)).filter(|(fit, _)| self.is_mark(fit, picture));
@@ -259,105 +239,20 @@ impl Mark {
         }
     }
 
-    /// The mean picture of the mark in the frames that were kept, without their noise; pixels that
-    /// do not move with it, such as still background in its box, count by the inverse of their
-    /// variance. The frames are fitted anew to what was learned.
+    /// The picture of the mark in the frames that were kept, to which they are fitted anew.
     fn learn(&mut self) {
         if std::mem::replace(&mut self.is_learned, true) {
             return;
         }
         let kept = std::mem::take(&mut self.kept);
-        let splines: Vec<(usize, Spline)> =
-            kept.iter().map(|(frame, crop)| (*frame, Spline::of(crop))).collect();
-        drop(kept);
-        // Where background and mark both have detail, what changes in the box is the mark.
-        if let Some(template) = self.changing(&splines) {
-            self.refit(template, &splines);
-        }
-        for _ in 0..ROUNDS {
-            let Some(template) = self.mean(&splines) else { break };
-            if self.refit(template, &splines) < SETTLED_PX {
-                break;
-            }
+        let mut frames: Vec<(&Crop, Option<Fit>)> =
+            kept.iter().map(|(frame, crop)| (crop, self.fits[*frame])).collect();
+        self.template = learned(&self.template, &mut frames);
+        for ((frame, _), (_, fit)) in kept.iter().zip(frames) {
+            self.fits[*frame] = fit;
         }
         let noise: Vec<f64> = self.fits.iter().flatten().map(|fit| fit.noise).collect();
         self.noise = median(noise).unwrap_or(self.noise);
-    }
-
-    /// Fits frames to a new template; how far the farthest moved, px.
-    fn refit(&mut self, template: Template, splines: &[(usize, Spline)]) -> f64 {
-        self.template = template;
-        let mut farthest: f64 = 0.0;
-        for (frame, spline) in splines {
-            let Some(old) = self.fits[*frame] else { continue };
-            let new = self.template.fit(spline, self.corner(), old.shift);
-            if let Some(new) = new {
-                let moved = (new.shift[0] - old.shift[0]).hypot(new.shift[1] - old.shift[1]);
-                farthest = farthest.max(moved);
-            }
-            self.fits[*frame] = new;
-        }
-        farthest
-    }
-
-    /// The first picture, in which pixels that change in the still box count.
-    fn changing(&self, splines: &[(usize, Spline)]) -> Option<Template> {
-        let (_, variances, count) =
-            self.statistics(splines, |fit| Fit { shift: [0.0; 2], ..fit })?;
-        let usual = low_variance(&variances, count - 1.0).max(ROUNDING);
-        let is_changed = |variance: &f64| *variance > STILL * usual;
-        let changed = variances.iter().filter(|variance| is_changed(variance)).count();
-        let weights = variances.iter().map(|v| if is_changed(v) { 1.0 } else { UNCHANGED });
-        (changed >= FEW_PIXELS)
-            .then(|| Template::new(self.area, self.first.clone(), weights.collect(), 1.0))?
-    }
-
-    /// The mean picture, in which pixels that move with the mark count.
-    fn mean(&self, splines: &[(usize, Spline)]) -> Option<Template> {
-        let (means, variances, count) = self.statistics(splines, |fit| fit)?;
-        let usual = low_variance(&variances, count - 1.0).max(ROUNDING);
-        let weight =
-            |variance: &f64| if *variance > STILL * usual { usual / variance } else { 1.0 };
-        let weights = variances.iter().map(weight).collect();
-        Template::new(self.area, means, weights, 1.0 / count)
-    }
-
-    /// Mean with the rim, variance of each pixel, and number of frames, where the mark is placed in
-    /// each frame as `place` makes of its fit.
-    fn statistics(
-        &self,
-        splines: &[(usize, Spline)],
-        place: impl Fn(Fit) -> Fit,
-    ) -> Option<(Vec<f32>, Vec<f64>, f64)> {
-        let Area { width, height, .. } = self.area;
-        let (across, down) = (width + 2 * RIM, height + 2 * RIM);
-        let mut sums = vec![(0.0, 0.0); across * down];
-        let (mut values, mut count) = (Vec::new(), 0.0);
-        for (frame, spline) in splines {
-            let Some(fit) = self.fits[*frame].map(&place) else { continue };
-            let corner = self.corner();
-            let at = [0, 1].map(|k| corner[k] + fit.shift[k] - RIM as f64);
-            if spline.values(at, across, down, &mut values).is_none() {
-                continue;
-            }
-            for ((sum, squares), value) in sums.iter_mut().zip(&values) {
-                let value = (value - fit.offset) / fit.gain;
-                *sum += value;
-                *squares += value * value;
-            }
-            count += 1.0;
-        }
-        if count < FEW_FRAMES {
-            return None;
-        }
-        let means = sums.iter().map(|(sum, _)| (sum / count) as f32).collect();
-        let mut variances = Vec::with_capacity(width * height);
-        for y in RIM..height + RIM {
-            for (sum, squares) in &sums[y * across + RIM..][..width] {
-                variances.push(((squares - sum * sum / count) / (count - 1.0)).max(0.0));
-            }
-        }
-        Some((means, variances, count))
     }
 
     fn track(self) -> Track {
@@ -373,17 +268,6 @@ impl Mark {
             positions: self.fits.into_iter().map(|fit| fit.map(position)).collect(),
         }
     }
-}
-
-/// The variance that the steadiest tenth of the pixels has, from estimates of so many degrees of
-/// freedom (quantile of χ² by Wilson & Hilferty).
-fn low_variance(variances: &[f64], freedom: f64) -> f64 {
-    const TENTH: f64 = -1.281_55;
-    let share = 2.0 / (9.0 * freedom);
-    let quantile = (1.0 - share + TENTH * share.sqrt()).powi(3);
-    let mut sorted = variances.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 10).map_or(0.0, |low| low / quantile)
 }
 
 /// Variance of the noise of a crop, from second differences (Immerkær, Comput. Vis. Image

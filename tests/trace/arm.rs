@@ -6,7 +6,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::command::{detune, text};
-use crate::film::{Camera, Disc, y4m};
+use crate::film::{Camera, Disc, Edge, y4m};
 use crate::vibration::seeded;
 
 /// Damped frequency, damping ratio, rotations of both links (the paper's Table 2 at β2 = 1.571 rad, and
@@ -42,7 +42,7 @@ fn discs(time: f64) -> Vec<Disc> {
     let elbow = [a[0] + of_first[0], a[1] + of_first[1]];
     let of_second = turned([c[0] - b[0], c[1] - b[1]], second);
     let tip = [elbow[0] + of_second[0], elbow[1] + of_second[1]];
-    [a, elbow, tip].map(|at| Disc { at, radius: 8.0, contrast: 150.0 }).to_vec()
+    [a, elbow, tip].map(|at| Disc { at, radius: 8.0, contrast: 150.0, edge: Edge::Soft }).to_vec()
 }
 
 /// Without `readout_ms` rows 130 px apart are 8.7 ms apart: 123° at 39.4 Hz.

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use crate::film::{Camera, Disc, y4m};
+use crate::film::{Camera, Disc, Edge, y4m};
 use crate::vibration::seeded;
 
 pub(crate) fn detune(arguments: &[&str], folder: &Path) -> Output {
@@ -28,7 +28,7 @@ fn path(time: f64) -> [f64; 2] {
 }
 
 fn tip(time: f64) -> Vec<Disc> {
-    vec![Disc { at: path(time), radius: 8.0, contrast: 150.0 }]
+    vec![Disc { at: path(time), radius: 8.0, contrast: 150.0, edge: Edge::Soft }]
 }
 
 fn frames(times: &[f64], discs: &dyn Fn(f64) -> Vec<Disc>) -> Vec<Vec<u8>> {
@@ -97,7 +97,11 @@ fn a_hidden_mark_is_told_and_left_blank_and_identify_refuses_it() {
     fs::write(file("session.yaml"), session).unwrap();
     let refused = detune(&["identify", "session.yaml"], folder.path());
     assert_eq!(refused.status.code(), Some(2));
-    assert!(text(&refused.stderr).contains("traces.csv:34: tip_x_mm is empty"));
+    let told = text(&refused.stderr);
+    assert!(
+        told.contains("traces.csv:34: tip_x_mm is empty, must be a finite number, and so in 4")
+    );
+    assert_eq!(told.matches("is empty").count(), 2, "{told}");
 }
 
 /// Steps that vary by a third, as phones have them: the table is even, and right.
@@ -134,6 +138,27 @@ fn uneven_times_become_an_even_table() {
     assert!(
         text(&answer.stderr).contains("clip.y4m has 120 frames, and the table of times has 119")
     );
+}
+
+/// With such times the value at the first frame is known, and that of the row behind it is not:
+/// the table begins behind both, and `identify` takes it.
+#[test]
+fn uneven_times_leave_no_single_rows_at_the_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let jitter = |k: usize| 2.0 * ((12.9898 * (k + 1) as f64).sin() * 43_758.545_3).rem_euclid(1.0);
+    let times: Vec<f64> = (0..120).map(|k| 0.01 * (k as f64 + 0.15 * (jitter(k) - 1.0))).collect();
+    fs::write(file("clip.y4m"), y4m(&CAMERA, 100, &frames(&times, &tip))).unwrap();
+    fs::write(file("marks.yaml"), MARKS).unwrap();
+    let stamps: String = times.iter().map(|time| format!("{time:.6}\n")).collect();
+    fs::write(file("times.csv"), format!("time_s\n{stamps}")).unwrap();
+    let options = ["trace", "clip.y4m", "--marks", "marks.yaml", "--times", "times.csv"];
+    let answer = detune(&options, folder.path());
+    assert_eq!(text(&answer.stderr), "");
+    let table = text(&answer.stdout);
+    let rows = rows(&table);
+    assert!(rows.len() > 110 && rows.iter().all(|(_, moved)| moved.is_some()), "{table}");
+    assert!(largest_error(&table) < 0.1, "{}", largest_error(&table));
 }
 
 #[test]

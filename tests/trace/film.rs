@@ -6,33 +6,64 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::vibration::gauss;
 
-/// A disc with a soft edge, 1/(1 + e^((r − radius)/edge)) of its contrast at the distance r.
+/// A disc.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Disc {
     pub(crate) at: [f64; 2],
     pub(crate) radius: f64,
     pub(crate) contrast: f64,
+    pub(crate) edge: Edge,
 }
 
-/// As in the published figures on tracking that the tests compare with, px.
-const EDGE: f64 = 0.7;
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Edge {
+    /// 1/(1 + e^((r − radius)/0.7 px)) of the contrast at the distance r, as in the published
+    /// figures on tracking that the tests compare with.
+    Soft,
+    /// The contrast inside and nothing outside.
+    Hard,
+}
+
+const SOFT_PX: f64 = 0.7;
 
 impl Disc {
-    /// Its mean over the pixel about (x, y): 5 × 5 points of the midpoint rule at the edge.
+    /// Its mean over the pixel about (x, y).
     fn over(&self, x: f64, y: f64) -> f64 {
-        const POINTS: i32 = 5;
-        let share = |x: f64, y: f64| {
-            let distance = (x - self.at[0]).hypot(y - self.at[1]);
-            1.0 / (1.0 + ((distance - self.radius) / EDGE).exp())
-        };
         let distance = (x - self.at[0]).hypot(y - self.at[1]) - self.radius;
         if distance.abs() > 12.0 {
             return if distance > 0.0 { 0.0 } else { self.contrast };
         }
+        self.contrast
+            * match self.edge {
+                Edge::Soft => self.soft(x, y),
+                Edge::Hard if distance.abs() > 1.0 => f64::from(u8::from(distance < 0.0)),
+                Edge::Hard => self.hard(x, y),
+            }
+    }
+
+    /// 5 × 5 points of the midpoint rule.
+    fn soft(&self, x: f64, y: f64) -> f64 {
+        const POINTS: i32 = 5;
+        let share = |x: f64, y: f64| {
+            let distance = (x - self.at[0]).hypot(y - self.at[1]);
+            1.0 / (1.0 + ((distance - self.radius) / SOFT_PX).exp())
+        };
         let place = |k: i32| (f64::from(k) + 0.5) / f64::from(POINTS) - 0.5;
         let cells =
             (0..POINTS * POINTS).map(|k| share(x + place(k % POINTS), y + place(k / POINTS)));
-        self.contrast * cells.sum::<f64>() / f64::from(POINTS * POINTS)
+        cells.sum::<f64>() / f64::from(POINTS * POINTS)
+    }
+
+    /// The covered area: the lengths of the chords, by the midpoint rule over 64 of them.
+    fn hard(&self, x: f64, y: f64) -> f64 {
+        const CHORDS: i32 = 64;
+        let chord = |k: i32| {
+            let off = y + (f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5 - self.at[1];
+            let half = (self.radius * self.radius - off * off).max(0.0).sqrt();
+            let (low, high) = (x - 0.5, x + 0.5);
+            (self.at[0] + half).min(high) - (self.at[0] - half).max(low)
+        };
+        (0..CHORDS).map(|k| chord(k).max(0.0)).sum::<f64>() / f64::from(CHORDS)
     }
 }
 
@@ -82,7 +113,7 @@ impl Camera {
     /// The Cramér–Rao bound of the place of a disc along x, with gain and offset unknown: from
     /// differences of its picture.
     pub(crate) fn bound(&self, disc: Disc) -> f64 {
-        const STEP: f64 = 1e-4;
+        const STEP: f64 = 5e-3;
         let reach = disc.radius.ceil() as i32 + 6;
         let [x, y] = disc.at.map(f64::round);
         let moved = |dx: f64, dy: f64| Disc { at: [disc.at[0] + dx, disc.at[1] + dy], ..disc };

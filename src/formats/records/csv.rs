@@ -14,6 +14,7 @@ use super::{Channel, Label, MAX_RECORD_BYTES, MIN_SAMPLES, Recording};
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
 use crate::notes::{Code, Note, Notes, Place};
+use crate::wording::counted;
 
 /// `named` is the title of the column that is time, where the session says so.
 pub(super) fn read(path: &Path, named: Option<&str>) -> Result<Recording, Vec<Note>> {
@@ -99,10 +100,21 @@ fn columns<R: Read>(
 ) -> Option<(Vec<Vec<f64>>, Vec<usize>)> {
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); count];
     let (mut lines, mut cells) = (Vec::new(), Vec::new());
+    // The first fault of each column, and how many there are: a mark that is lost, or a sensor
+    // that was not connected, leaves one in many rows.
+    let mut faults: Vec<Option<(Note, usize)>> = vec![None; count];
     loop {
         match table.row(&mut cells) {
             Ok(true) => {}
-            Ok(false) => return Some((columns, lines)),
+            Ok(false) => {
+                for (mut fault, more) in faults.into_iter().flatten() {
+                    if more > 0 {
+                        fault.what += &format!(", and so in {}", counted(more, "further row"));
+                    }
+                    notes.push(fault);
+                }
+                return Some((columns, lines));
+            }
             Err(note) => {
                 notes.push(note);
                 return None;
@@ -117,7 +129,10 @@ fn columns<R: Read>(
             match table.number(&cells, index) {
                 Ok(value) => column.push(value),
                 Err(fault) => {
-                    notes.push(fault);
+                    match &mut faults[index] {
+                        Some((_, more)) => *more += 1,
+                        first => *first = Some((fault, 0)),
+                    }
                     column.push(0.0);
                 }
             }
@@ -296,11 +311,16 @@ mod tests {
             ("1.0,2.0\n1,2\n", "1: column 1 is called '1.0': is the header missing?"),
             ("x,y\n1,2\n1,a\n", "3: y is 'a', must be a finite number"),
             ("x,y\n1,2\n1\n", "3: y is empty, must be a finite number"),
+            (
+                "x,y\n1,\n1,2\n3,\n4,\n",
+                "2: y is empty, must be a finite number, and so in 2 further rows",
+            ),
             ("x,y\n1,2,3\n", "2: has 3 cells, the header has 2"),
             ("x\n1\n2\n", "0: has 2 samples"),
         ] {
             let notes = reported(text).unwrap_err();
             assert!(notes[0].starts_with(expected), "{text:?}: {notes:?}");
         }
+        assert_eq!(reported("x,y\n1,\n1,2\n3,\n4,\n").unwrap_err().len(), 1);
     }
 }
