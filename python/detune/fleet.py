@@ -180,7 +180,7 @@ def placements(
     and comes last. Operations in joint angles, and programs with work objects or tools of their own,
     cannot be moved: a ``ValueError``.
     """
-    base = _base(job)
+    base = _base(job, policy)
     _refuse_what_stays(base, offsets_mm, turns_deg, starts_deg)
     options = {"objective": objective, "policy": dict(policy or {})}
     tasks = [
@@ -234,7 +234,7 @@ def sweep(
     tasks: List[Tuple[Dict[str, Any], Row, Dict[str, Any]]] = []
     options = {"policy": dict(policy or {}), "samples": "none"}
     for job in _files(jobs):
-        base = _base(job)
+        base = _base(job, policy)
         _refuse_what_stays(base, offsets_mm, turns_deg, starts_deg)
         axes = (robots, speeds_rpm, offsets_mm, turns_deg, starts_deg)
         for robot, rpm, offset, turn, start in itertools.product(*axes):
@@ -282,7 +282,7 @@ def monte_carlo(
     number alone. A robot whose calibration says how its springs go together is a ``ValueError``:
     ``check`` states its probability.
     """
-    base = _base(job)
+    base = _base(job, policy)
     robot = pathlib.Path(base["robot"])
     robot = robot / "robot.yaml" if robot.is_dir() else robot
     described = _read(robot)
@@ -397,10 +397,10 @@ def _starts(job: Dict[str, Any]) -> List[Tuple[str, List[float]]]:
     return [(one["name"], one["samples"][0]["joints_rad"]) for one in found["operations"]]
 
 
-def _base(job: Any) -> Dict[str, Any]:
+def _base(job: Any, policy: Optional[Mapping[str, Any]] = None) -> Dict[str, Any]:
     """A job that holds what its detune.toml gives, with files by absolute names. It must be one that
     can be run as it stands."""
-    detune.check(job, samples="none")
+    detune.check(job, samples="none", policy=policy)
     file = pathlib.Path(_absolute(job))
     base = _read(file)
 
@@ -465,6 +465,8 @@ def _read(file: pathlib.Path) -> Dict[str, Any]:
 
 
 def _run_at(job: Dict[str, Any], rpm: float) -> None:
+    if job.get("speeds_from") == "program":
+        raise ValueError("speeds_from: program, so that no speed of a sweep would count")
     for operation in job["operations"]:
         operation.pop("spindle_schedule", None)
         operation["spindle_rpm"] = rpm

@@ -104,6 +104,16 @@ def test_sweeps_of_jobs_are_the_serial_ones_when_a_worker_is_killed(client, monk
         assert (row["verdict"], row["probability"]) == (own.verdict, own.probability)
 
 
+def test_what_would_not_count_is_refused(tmp_path, milling):
+    job = tmp_path / "contour.yaml"
+    text = CONTOUR.read_text().replace("../robots", str(ROOT / "robots"))
+    job.write_text(text.replace("contour.mod", str(ROOT / "jobs/contour.mod")) + "speeds_from: program\n")
+    with pytest.raises(ValueError, match="no speed of a sweep would count"):
+        fleet.sweep([job], speeds_rpm=[3000])
+    with pytest.raises(detune.DetuneError, match="did you mean 'separation_percent'"):
+        fleet.placements(milling, policy={"separation_percnt": 3})
+
+
 def test_draws_depend_on_the_seed_alone(client):
     rows = fleet.monte_carlo(CONTOUR, 12, std_percent=15, client=client)
     assert json.dumps(rows) == json.dumps(fleet.monte_carlo(CONTOUR, 12, std_percent=15))
