@@ -1,5 +1,5 @@
 """Times the Python module against the command and against itself, ratios in one run: poses from numpy to
-numpy, two threads of Python at once, and two workers of a Dask cluster against one.
+numpy, two threads of Python at once, two workers of a Dask cluster against one, and statistics of poses in parts.
 
     pip install '.[fleet]' && python3 benches/python.py [target/release/detune]
 
@@ -7,6 +7,7 @@ A reduced map of the command's own random poses, less that of one pose, is the c
 eigenproblems. The least of several runs stands for each figure.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -21,6 +22,7 @@ import detune
 ROOT = Path(__file__).resolve().parent.parent
 ROBOT = str(ROOT / "robots/irb1600/robot.yaml")
 POSES = 10**6
+REDUCED = 2 * 10**8
 ROUNDS = 5
 
 
@@ -68,6 +70,26 @@ def fleet(job, offsets_mm, turns_deg):
     return serial, wall, there == spread.placements(job, offsets_mm[:2], turns_deg)
 
 
+def reduced(program):
+    """Seconds of the command and of two workers for statistics of as many poses, and whether they agree."""
+    from dask.distributed import Client, LocalCluster
+    from detune import fleet as spread
+
+    options = ["--random", str(REDUCED), "--seed", "1", "--reduce", "min,max,quantiles", "--format", "json"]
+    whole = []
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with Client(cluster) as client:
+            def parts():
+                return spread.statistics(ROBOT, REDUCED, reduce="min,max,quantiles", client=client)
+
+            def undivided():
+                whole.append(subprocess.run([program, "map", ROBOT, *options], check=True, capture_output=True).stdout)
+
+            of_command = least(undivided, 2)
+            of_fleet = least(parts, 2)
+            return of_command, of_fleet, parts() == json.loads(whole[0])
+
+
 def main():
     program = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "target/release/detune")
     robot = detune.Robot(ROBOT)
@@ -86,6 +108,10 @@ def main():
     offsets = [(x, y, 0.0) for x in range(-40, 41, 10) for y in range(-40, 41, 10)]
     serial, wall, same = fleet(str(ROOT / "jobs/pocket.yaml"), offsets, [0.0, 30.0])
     print(f"two workers: {wall:.1f} s, one {serial:.1f} s, ratio {wall / serial:.2f}, "
+          f"{'the same values' if same else 'OTHER VALUES'}")
+
+    of_command, of_fleet, same = reduced(program)
+    print(f"{REDUCED:.0e} poses reduced: {of_fleet:.1f} s in parts, command {of_command:.1f} s, "
           f"{'the same values' if same else 'OTHER VALUES'}")
 
 

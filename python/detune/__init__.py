@@ -9,17 +9,19 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Dict, Iterable, Mapping, Optional, Sequence, Tuple, Union
+import os
+from typing import Any, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as _np
 
 from . import _detune
 from ._detune import __version__
 from .errors import DetuneError, Fault
-from .results import Advice, Check, Diagnosis, Identification, Map, Record
+from .results import Advice, AdviceList, Check, Diagnosis, Identification, Map, Record
 
 __all__ = [
     "Advice",
+    "AdviceList",
     "Check",
     "DetuneError",
     "Diagnosis",
@@ -30,6 +32,7 @@ __all__ = [
     "Robot",
     "__version__",
     "advise",
+    "advise_all",
     "check",
     "diagnose",
     "identify",
@@ -96,16 +99,25 @@ class Robot(_detune.Robot):
         return f"detune.Robot({str(self.file)!r})"
 
 
-PathLike = Union[str, "os.PathLike[str]"]  # noqa: F821
+PathLike = Union[str, "os.PathLike[str]"]
+#: Keys of a job's policy, which win over the job and detune.toml.
+Policy = Optional[Mapping[str, Any]]
 
 
 def _path(robot: Union[Robot, PathLike]) -> Any:
     return robot.file if isinstance(robot, _detune.Robot) else robot
 
 
-def check(*jobs: PathLike) -> Check:
-    """Checks job files. Raises :class:`DetuneError` with every fault if one cannot be checked."""
-    return Check(json.loads(_detune.check(list(jobs))))
+def _entries(policy: Policy) -> List[str]:
+    """KEY=VALUE as the command line has them. JSON is YAML."""
+    return [f"{key}={json.dumps(value)}" for key, value in (policy or {}).items()]
+
+
+def check(*jobs: PathLike, policy: Policy = None, samples: str = "all") -> Check:
+    """Checks jobs: files, folders (the jobs in and below them), patterns such as
+    ``"jobs/**/*.yaml"``. ``samples`` is none, thin or all: the poses that the result lists. Raises
+    :class:`DetuneError` with every fault if one cannot be checked, or if there is none."""
+    return Check(json.loads(_detune.check(list(jobs), _entries(policy), samples)))
 
 
 def advise(
@@ -114,10 +126,24 @@ def advise(
     objective: str = "nearest",
     feed: str = "chip-load",
     schedule: bool = False,
+    policy: Policy = None,
 ) -> Advice:
-    """Safe spindle speeds of a job. ``objective`` is nearest, margin, highest or vibration; ``feed``
-    is chip-load or programmed."""
-    return Advice(json.loads(_detune.advise(job, objective, feed, schedule)))
+    """Safe spindle speeds of a job. ``objective`` is nearest, margin, highest, vibration or depth;
+    ``feed`` is chip-load or programmed."""
+    found = _detune.advise([job], False, objective, feed, schedule, _entries(policy))
+    return Advice(json.loads(found))
+
+
+def advise_all(
+    *jobs: PathLike,
+    objective: str = "nearest",
+    feed: str = "chip-load",
+    schedule: bool = False,
+    policy: Policy = None,
+) -> AdviceList:
+    """:func:`advise` on files, folders and patterns, as :func:`check` takes them."""
+    found = _detune.advise(list(jobs), True, objective, feed, schedule, _entries(policy))
+    return AdviceList(json.loads(found))
 
 
 def identify(session: PathLike) -> Identification:

@@ -1,29 +1,35 @@
-"""Results as objects: attributes are the keys of the command's JSON, ``to_dict()`` gives it back."""
+"""Results as objects: attributes are the keys of the command's JSON, ``to_dict()`` gives it back.
+
+Type checkers know the keys by ``types.pyi``, which follows the command's schemas.
+"""
 
 from __future__ import annotations
 
 import json
-from typing import Any, Dict, Iterator, List, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Tuple
 
-__all__ = ["Advice", "Check", "Diagnosis", "Identification", "Map", "Record"]
+__all__ = ["Advice", "AdviceList", "Check", "Diagnosis", "Identification", "Map", "Record"]
 
 
 class Record:
     """One object of the JSON: ``record.key``, ``record["key"]``, ``to_dict()``."""
 
     __slots__ = ("_data",)
+    _data: Dict[str, Any]
 
     def __init__(self, data: Dict[str, Any]):
         object.__setattr__(self, "_data", data)
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        try:
-            return _wrapped(self._data[name])
-        except KeyError:
-            kind = type(self).__name__
-            raise AttributeError(f"{kind} has no '{name}'; it has {', '.join(self._data)}") from None
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("__"):
+                raise AttributeError(name)
+            try:
+                return _wrapped(self._data[name])
+            except KeyError:
+                has = f"it has {', '.join(self._data)}"
+                raise AttributeError(f"{type(self).__name__} has no '{name}'; {has}") from None
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError("results are read-only")
@@ -72,7 +78,13 @@ def _short(value: Any) -> str:
     return repr(value)
 
 
-class Check(Record):
+if TYPE_CHECKING:
+    from .types import AdviceKeys, CheckKeys, DiagnosisKeys, IdentificationKeys
+else:
+    AdviceKeys = CheckKeys = DiagnosisKeys = IdentificationKeys = Record
+
+
+class Check(CheckKeys):
     """``check/1``: the verdict on jobs."""
 
     __slots__ = ()
@@ -101,16 +113,28 @@ class Check(Record):
         return rows
 
 
-class Advice(Record):
+class Advice(AdviceKeys):
     """``advice/1``: safe spindle speeds, operation by operation."""
 
     __slots__ = ()
 
 
-class Identification(Record):
+class AdviceList(Record):
+    """``advice-list/1``: advice on several jobs, in ``jobs``."""
+
+    __slots__ = ()
+
+    @property
+    def jobs(self) -> List[Advice]:
+        """One advice a job, in the order given."""
+        return [Advice(job) for job in self._data["jobs"]]
+
+
+class Identification(IdentificationKeys):
     """Modes of a session's records."""
 
     __slots__ = ("_table",)
+    _table: str
 
     def __init__(self, data: Dict[str, Any], table: str = ""):
         super().__init__(data)
@@ -125,10 +149,11 @@ class Identification(Record):
         return self._table
 
 
-class Diagnosis(Record):
+class Diagnosis(DiagnosisKeys):
     """``diagnosis/1``: what the model gets wrong, and why."""
 
     __slots__ = ("_robot",)
+    _robot: str
 
     def __init__(self, data: Dict[str, Any], robot: str = ""):
         super().__init__(data)
@@ -147,6 +172,10 @@ class Map(Record):
     """``map/1``: natural frequencies over poses."""
 
     __slots__ = ()
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
 
     @property
     def poses(self) -> Any:

@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 fn _detune(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<robot::Robot>()?;
+    module.add_function(wrap_pyfunction!(studies::job_files, module)?)?;
     module.add_function(wrap_pyfunction!(studies::check, module)?)?;
     module.add_function(wrap_pyfunction!(studies::advise, module)?)?;
     module.add_function(wrap_pyfunction!(studies::identify, module)?)?;

@@ -6,36 +6,64 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use detune::advice::{FeedRule, Objective, Options};
-use detune::notes::Note;
+use detune::notes::{Code, Note, Place};
 use detune::progress::silent;
 use detune::report;
 use detune::study::advise::WriteTo;
-use detune::study::check::ReadJobs;
+use detune::study::check::{ReadJobs, Samples};
 use detune::study::map::{self as maps, FrequencyMap, Head, MapError, Positions, Request, Source};
-use detune::study::{self, Read};
+use detune::study::{self, PolicyOverrides, Read};
 use detune::units::Date;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::fault::{internal, raised};
 
+/// The job files that files, folders and patterns name, as on the command line.
 #[pyfunction]
-pub(crate) fn check(py: Python<'_>, jobs: Vec<PathBuf>) -> PyResult<String> {
-    let today = Date::of(SystemTime::now());
-    let checked = py.detach(|| ReadJobs::read(&jobs, today).check(&silent));
-    if !checked.errors.is_empty() {
-        return Err(raised(py, &checked.errors));
+pub(crate) fn job_files(py: Python<'_>, jobs: Vec<PathBuf>) -> PyResult<Vec<PathBuf>> {
+    // What checks nothing would be clear.
+    if jobs.is_empty() {
+        let what = "no job is given: name job files, folders or patterns";
+        return Err(raised(py, &[Note::usage(what.to_owned())]));
     }
-    report::check::json::check(&checked.jobs).map_err(internal)
+    study::job_files(&jobs).map_err(|notes| raised(py, &notes))
 }
 
 #[pyfunction]
+pub(crate) fn check(
+    py: Python<'_>,
+    jobs: Vec<PathBuf>,
+    policy: Vec<String>,
+    samples: &str,
+) -> PyResult<String> {
+    let samples = match samples {
+        "none" => Samples::None,
+        "thin" => Samples::Thin,
+        "all" => Samples::All,
+        other => return Err(unknown("samples", other, "none, thin, all")),
+    };
+    let policy = PolicyOverrides::parse(&policy).map_err(|notes| raised(py, &notes))?;
+    let files = job_files(py, jobs)?;
+    let today = Date::of(SystemTime::now());
+    let mut checked = py.detach(|| ReadJobs::read_under(&files, today, &policy).check(&silent));
+    if !checked.errors.is_empty() {
+        return Err(raised(py, &checked.errors));
+    }
+    samples.keep(&mut checked.jobs);
+    report::check::json::check(&checked.jobs).map_err(internal)
+}
+
+/// Advice on one job, or on several as a list.
+#[pyfunction]
 pub(crate) fn advise(
     py: Python<'_>,
-    job: PathBuf,
+    jobs: Vec<PathBuf>,
+    is_list: bool,
     objective: &str,
     feed: &str,
     schedule: bool,
+    policy: Vec<String>,
 ) -> PyResult<String> {
     let options = Options {
         objective: match objective {
@@ -43,8 +71,10 @@ pub(crate) fn advise(
             "margin" => Objective::Margin,
             "highest" => Objective::Highest,
             "vibration" => Objective::Vibration,
+            "depth" => Objective::Depth,
             other => {
-                return Err(unknown("objective", other, "nearest, margin, highest, vibration"));
+                let all = "nearest, margin, highest, vibration, depth";
+                return Err(unknown("objective", other, all));
             }
         },
         feed: match feed {
@@ -54,13 +84,33 @@ pub(crate) fn advise(
         },
         schedule,
     };
-    let advised = py.detach(|| {
-        let Read { value, files, .. } = study::advise::read(&job, Date::of(SystemTime::now()));
-        let to = WriteTo { job: None, program: None };
-        study::advise::advise(&value?, &files, &options, to, &silent)
+    let policy = PolicyOverrides::parse(&policy).map_err(|notes| raised(py, &notes))?;
+    if !is_list && !study::is_one_file(&jobs) {
+        let what = "names several jobs: detune.advise_all takes folders and patterns";
+        let place = Place::file(jobs.first().cloned().unwrap_or_default());
+        return Err(raised(py, &[Note::error(Code::Usage, place, what)]));
+    }
+    let files = job_files(py, jobs)?;
+    let today = Date::of(SystemTime::now());
+    let (mut all, mut errors) = (Vec::new(), Vec::new());
+    py.detach(|| {
+        for file in &files {
+            let Read { value, files, .. } = study::advise::read_under(file, today, &policy);
+            let to = WriteTo { job: None, program: None };
+            let one = |job| study::advise::advise(&job, &files, &options, to, &silent);
+            match value.and_then(one) {
+                Ok(advised) => all.push(advised.job),
+                Err(own) => errors.extend(own),
+            }
+        }
     });
-    let advised = advised.map_err(|notes| raised(py, &notes))?;
-    report::advise::json::advice(&advised.job).map_err(internal)
+    if !errors.is_empty() {
+        return Err(raised(py, &errors));
+    }
+    match all.as_slice() {
+        [one] if !is_list => report::advise::json::advice(one).map_err(internal),
+        all => report::advise::json::advice_list(&all.iter().collect::<Vec<_>>()).map_err(internal),
+    }
 }
 
 #[pyfunction]

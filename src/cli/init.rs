@@ -116,13 +116,16 @@ struct Made {
 }
 
 impl Made {
-    fn folder(&mut self, folder: &Path) -> io::Result<()> {
+    fn folder(&mut self, folder: &Path) -> Result<(), Vec<Note>> {
         let missing: Vec<&Path> = folder
             .ancestors()
             .take_while(|up| !up.as_os_str().is_empty() && !up.exists())
             .collect();
         for up in missing.into_iter().rev() {
-            fs::create_dir(up)?;
+            fs::create_dir(up).map_err(|error| {
+                let what = format!("this folder cannot be made: {error}");
+                vec![Note::error(Code::Unwritable, Place::file(up), what)]
+            })?;
             self.folders.push(up.to_owned());
         }
         Ok(())

@@ -7,6 +7,7 @@ import json
 import math
 import pathlib
 import pickle
+import re
 import subprocess
 import sys
 import threading
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 
 import detune
+import types_of_schemas
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TWO_LINK = ROOT / "robots/two-link"
@@ -88,6 +90,47 @@ def test_results_are_the_json_of_the_command(job, monkeypatch):
     advised = detune.advise(job)
     assert advised.to_dict() == json.loads(command("advise", job, "--format", "json"))
     assert pickle.loads(pickle.dumps(checked)) == checked
+
+
+def test_many_jobs_and_policies_are_those_of_the_command(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    never = ["--fail-on", "never", "--format", "json"]
+    policy = {"separation_percent": 3, "ignore_hz": [[49, 51]]}
+    said = ["--policy", "separation_percent=3", "--policy", "ignore_hz=[[49, 51]]"]
+    for jobs in ("jobs", "jobs/[cr]*.yaml"):
+        checked = detune.check(jobs, policy=policy, samples="thin")
+        assert checked.to_dict() == json.loads(command("check", jobs, *never, *said, "--samples", "thin"))
+        assert len(checked.jobs) > 1
+        advised = detune.advise_all(jobs, policy=policy)
+        assert advised.to_dict() == json.loads(command("advise", jobs, "--format", "json", *said))
+        assert type(advised.jobs[0]) is detune.Advice
+    with pytest.raises(detune.DetuneError, match="no 'cutting'"):
+        detune.advise("jobs/contour.yaml", objective="depth")
+    with pytest.raises(detune.DetuneError, match="did you mean 'separation_percent'"):
+        detune.check("jobs", policy={"separation_percnt": 3})
+    with pytest.raises(detune.DetuneError, match="advise_all"):
+        detune.advise("jobs")
+    with pytest.raises(ValueError, match="samples is 'few'"):
+        detune.check("jobs", samples="few")
+
+
+@pytest.mark.parametrize("study", [detune.check, detune.advise_all])
+def test_no_job_is_not_a_clear_one(study, tmp_path):
+    with pytest.raises(detune.DetuneError, match="no job is given"):
+        study()
+    for nothing in (tmp_path, tmp_path / "*.yaml"):
+        with pytest.raises(detune.DetuneError):
+            study(nothing)
+
+
+def test_type_checkers_know_the_keys_of_the_schemas():
+    written = types_of_schemas.stubs(lambda name: command("schema", name))
+    assert written == types_of_schemas.FILE.read_text(), "run tests/python/types_of_schemas.py"
+    compile(written, "types.pyi", "exec")
+    # What a stub says of an object is what an object has.
+    keys = set(re.findall(r"def (\w+)\(self\)", written.split("class CheckCrossing(")[1].split("\nclass")[0]))
+    crossings = detune.check(ROOT / "jobs/pocket.yaml").jobs[0].operations[0].crossings
+    assert crossings and all(set(crossing) <= keys for crossing in crossings)
 
 
 def test_a_diagnosis_names_its_causes(monkeypatch, tmp_path):
