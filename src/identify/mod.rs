@@ -6,17 +6,22 @@
 //!        → poles and residues with covariances (estimate)
 //!        → modes, shapes, rotations of links (mode, links), held against the second half of the
 //!          decay (late) → warnings (suspicions)
-//!        → one row a pose, its shapes put together (session, shapes) → a table of modes (table)
+//!        → one row a pose, modes of its records joined, shapes put together (session, pairing,
+//!          shapes) → a table of modes (table)
 //! ```
 
 mod clocks;
 pub mod cutting;
 mod estimate;
+mod harmonics;
+mod hum;
 mod impacts;
 mod innovations;
 mod late;
 pub mod links;
+mod misfit;
 pub mod mode;
+mod pairing;
 pub mod pose;
 mod prepare;
 mod quality;

@@ -7,7 +7,9 @@ use super::clocks::{OtherClock, each_alone, may_differ, other_clock};
 use super::estimate::lscf::{StabilisationPoint, stabilisation};
 use super::estimate::subspace::{OfRandom, of_random};
 use super::estimate::{Block, C64, Estimate, Origin, Pole, PoleEstimate, Residue, estimate};
+use super::hum;
 use super::late::hold_against_second_half;
+use super::misfit;
 use super::mode::{Mode, mode_of};
 use super::prepare::{Prepared, RecordKind, lines_hz, prepare};
 use super::record::{Asked, MarkedLink, Record};
@@ -108,7 +110,8 @@ fn of_one_clock(record: &Record, asked: &Asked, notes: &mut Notes) -> Identified
         let has_modes = !modes.is_empty();
         for pole in asked_for(modes, asked, notes) {
             let mut mode = mode_of(record, &prepared, pole);
-            mode.support = support(&mode, &identified.stabilisation, &stretches);
+            let own = (mode.frequency_hz, mode.damping_ratio, mode.damping_std);
+            mode.support = support(own, &identified.stabilisation, &stretches);
             identified.modes.push(mode);
         }
         let highest = asked.max_order.unwrap_or(HIGHEST_ORDER);
@@ -134,7 +137,7 @@ fn of_one_clock(record: &Record, asked: &Asked, notes: &mut Notes) -> Identified
             notes.warning(Code::NoModes, None, what);
         } else {
             warn_of_silent_responses(&prepared, &found, notes);
-            warn_of_misfit(&prepared, &found, notes);
+            misfit::warn(&prepared, &found, notes);
         }
         suspicions::check(record, &prepared, &asked.mains_hz, &mut identified.modes, notes);
         identified.averaged = prepared.averaged;
@@ -391,6 +394,12 @@ fn fitted_in(
             *notes = own_notes;
         }
         let mut prepared = prepared?;
+        if prepared.stationary.is_some()
+            && let Some(quiet) = hum::taken_off(record, &asked.mains_hz, notes)
+        {
+            let again = prepare(&quiet, band_hz, &mut Notes::default());
+            prepared = again.filter(|again| again.stationary.is_some()).unwrap_or(prepared);
+        }
         identified.kind = prepared.kind;
         if let Some(stationary) = &prepared.stationary {
             let Some(OfRandom { found, by_order, hidden, slow }) = of_random(stationary, highest)
@@ -407,10 +416,18 @@ fn fitted_in(
             return Some((prepared, vec![all], found));
         }
         identified.stabilisation.clear();
-        let (stretches, mut starts) = starts(&prepared, highest, &mut identified.stabilisation);
+        let points = &mut identified.stabilisation;
+        let (mut stretches, mut starts) = starts(&prepared, highest, points);
         let near = asked.near_hz.iter().map(|hz| rad_per_s_from_hz(*hz));
         starts.extend(near.map(|omega| Pole::from_modal(omega, 0.01)));
-        if let Some(found) = estimate(&mut prepared.blocks, &starts, highest / 2) {
+        let before = prepared.blocks.clone();
+        if let Some(mut found) = estimate(&mut prepared.blocks, &starts, highest / 2) {
+            misfit::looked_at_closely(
+                (&mut prepared, before),
+                (&mut stretches, points, starts),
+                highest,
+                &mut found,
+            );
             if let (true, Some([_, high])) = (narrowed > 0, band_hz) {
                 let what = format!(
                     "the whole band could not be fitted; the spectra were fitted up to {high:.1} \
@@ -534,48 +551,6 @@ fn warn_of_silent_responses(prepared: &Prepared, found: &Estimate, notes: &mut N
         let what =
             "shows none of the modes, only noise: check its cable and range, or leave it out";
         notes.channel_warning(Code::NoSignal, &prepared.responses[i].name, what);
-    }
-}
-
-/// Warns of modes at which the fit leaves far more of given responses than noise around them:
-/// another mode within their width, or a mode that each response has in another place, which no
-/// test of one peak tells apart.
-fn warn_of_misfit(prepared: &Prepared, found: &Estimate, notes: &mut Notes) {
-    /// Of the responses, what sensors may be off by several times over.
-    const OF_RESPONSES: f64 = 0.1;
-    /// Power over that of the noise around.
-    const OF_NOISE: f64 = 4.0;
-    /// Decay rates, or lines, to either side.
-    const WIDTHS: f64 = 2.0;
-    if prepared.kind != RecordKind::GivenResponses {
-        return;
-    }
-    for pole in &found.poles {
-        let omega = pole.pole.omega();
-        let (mut left, mut noise, mut whole) = (0.0, 0.0, 0.0);
-        for (at, block) in prepared.blocks.iter().enumerate() {
-            let line = block.omega.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0]);
-            let reach = WIDTHS * pole.pole.lambda.re.abs().max(line);
-            let below = |limit: f64| block.omega.partition_point(|omega| *omega < limit);
-            let lines = below(omega - reach)..below(omega + reach);
-            for (response, measured) in block.spectra.iter().enumerate() {
-                for k in lines.clone() {
-                    left += (measured[k] - found.fitted[at][response][k]).norm_sqr();
-                    noise += found.noise[at][response][k].powi(2);
-                    whole += measured[k].norm_sqr();
-                }
-            }
-        }
-        if left <= OF_NOISE * noise || left <= OF_RESPONSES * OF_RESPONSES * whole {
-            continue;
-        }
-        let what = format!(
-            "the fit leaves {:.0} % of the responses near {:.2} Hz: another mode lies beside this \
-             one, or the responses were not measured at once; look at the plot (--format svg)",
-            percent_from_ratio((left / whole).sqrt()),
-            hz_from_rad_per_s(omega)
-        );
-        notes.warning(Code::Misfit, None, what);
     }
 }
 

@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::links::LinkRotation;
 use super::mode::{Mode, ShapePart};
+use super::pairing::{SAME_MODE, clusters, paired};
 use super::pose::{JointColumn, Pose};
 use super::record::{Conditions, Measurement, Session};
 use super::record_modes::{IdentifiedRecord, identify_record};
@@ -19,9 +20,6 @@ use super::shapes::{Placed, mac, places, together};
 use super::table::{MeasuredRotation, ModeRow, ModeTable, RotationAxis};
 use crate::notes::{Code, Note, Part, Place};
 use crate::progress::{Done, Progress};
-
-/// Modes of two records within this relative distance of frequency are the same mode.
-const SAME_MODE: f64 = 0.012;
 
 /// Sampling rates within this relative distance are equal: times are printed with few digits.
 const SAME_RATE: f64 = 1e-5;
@@ -136,7 +134,7 @@ pub fn identify_session(session: &Session, progress: Progress<'_>) -> Identified
         progress(Done::More(1));
         found
     };
-    let records: Vec<IdentifiedRecord> = session.records.par_iter().map(identified).collect();
+    let mut records: Vec<IdentifiedRecord> = session.records.par_iter().map(identified).collect();
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut notes = Vec::new();
     for (index, measurement) in session.records.iter().enumerate() {
@@ -159,7 +157,7 @@ pub fn identify_session(session: &Session, progress: Progress<'_>) -> Identified
     let mut poses: Vec<PoseModes> =
         groups.iter().map(|group| pose_modes(session, &records, group, &mut notes)).collect();
     another_unit_of_time(session, &mut notes);
-    aliases_between_rates(&poses, &mut notes);
+    aliases_between_rates(&mut poses, &mut records, &mut notes);
     number(&mut poses, &mut notes);
     IdentifiedSession {
         poses,
@@ -210,28 +208,6 @@ fn pose_modes(
         sample_rate_hz: rate(first),
         modes,
     }
-}
-
-/// Modes of a group of records that belong together, at most one of each record: (record, mode).
-fn clusters(records: &[IdentifiedRecord], group: &[usize]) -> Vec<Vec<(usize, usize)>> {
-    let hz = |(record, mode): (usize, usize)| records[record].modes[mode].frequency_hz;
-    let mut clusters: Vec<Vec<(usize, usize)>> = Vec::new();
-    for &record in group {
-        for mode in 0..records[record].modes.len() {
-            let frequency = hz((record, mode));
-            let distance = |cluster: &[(usize, usize)]| (hz(cluster[0]) / frequency - 1.0).abs();
-            let nearest = clusters
-                .iter_mut()
-                .filter(|cluster| cluster.iter().all(|(other, _)| *other != record))
-                .filter(|cluster| distance(cluster) < SAME_MODE)
-                .min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            match nearest {
-                Some(cluster) => cluster.push((record, mode)),
-                None => clusters.push(vec![(record, mode)]),
-            }
-        }
-    }
-    clusters
 }
 
 fn merged_mode(
@@ -358,19 +334,42 @@ fn another_unit_of_time(session: &Session, notes: &mut Vec<Note>) {
     }
 }
 
-/// Poses that were recorded at two rates show which frequencies are aliased.
-fn aliases_between_rates(poses: &[PoseModes], notes: &mut Vec<Note>) {
-    for slow in poses {
-        for fast in poses.iter().filter(|p| p.pose == slow.pose && p.conditions == slow.conditions)
+/// Poses that were recorded at two rates show which frequencies are aliased: those stay out of the
+/// table.
+fn aliases_between_rates(
+    poses: &mut [PoseModes],
+    records: &mut [IdentifiedRecord],
+    notes: &mut Vec<Note>,
+) {
+    let mut aliases: Vec<(usize, f64)> = Vec::new();
+    for (slow_at, slow) in poses.iter().enumerate() {
+        for (fast_at, fast) in
+            poses.iter().enumerate().filter(|(_, fast)| is_same_state(slow, fast))
         {
             if let (Some(rate), Some(fast_rate)) = (slow.sample_rate_hz, fast.sample_rate_hz)
                 && rate < fast_rate * (1.0 - SAME_RATE)
             {
                 let told = alias_between((slow, rate), (fast, fast_rate), notes);
-                folded_twice((slow, rate), (fast, fast_rate), &told, notes);
+                let both = folded_twice((slow, rate), (fast, fast_rate), &told, notes);
+                aliases.extend(told.into_iter().map(|hz| (slow_at, hz)));
+                aliases.extend(both.iter().map(|(hz, _)| (slow_at, *hz)));
+                aliases.extend(both.iter().map(|(_, other)| (fast_at, *other)));
             }
         }
     }
+    for (at, pose) in poses.iter_mut().enumerate() {
+        let is_alias = |mode: &&mut PoseMode| aliases.contains(&(at, mode.frequency_hz));
+        for mode in pose.modes.iter_mut().filter(is_alias) {
+            mode.suspicion.get_or_insert(Code::MayBeFolded);
+            for &(record, own) in &mode.members {
+                records[record].modes[own].suspicion.get_or_insert(Code::MayBeFolded);
+            }
+        }
+    }
+}
+
+fn is_same_state(a: &PoseModes, b: &PoseModes) -> bool {
+    a.pose == b.pose && a.conditions == b.conditions
 }
 
 fn has(pose: &PoseModes, hz: f64) -> bool {
@@ -383,13 +382,14 @@ fn unfolded(hz: f64, rate: f64) -> Vec<f64> {
 }
 
 /// Modes that only one of two rates shows: of one frequency above half of both, where there is one,
-/// else they disagree. `told` are those of the lower rate that are explained.
+/// else they disagree. `told` are those of the lower rate that are explained. The aliases, as the
+/// lower and the higher rate show them.
 fn folded_twice(
     (slow, rate): (&PoseModes, f64),
     (fast, fast_rate): (&PoseModes, f64),
     told: &[f64],
     notes: &mut Vec<Note>,
-) {
+) -> Vec<(f64, f64)> {
     /// Clocks of recorders differ, relative.
     const CLOCKS: f64 = 2e-4;
     let only = |of: &PoseModes, other: &PoseModes| -> Vec<(f64, f64)> {
@@ -400,7 +400,7 @@ fn folded_twice(
             .filter(|(hz, _)| !has(other, *hz) && !told.contains(hz))
             .collect()
     };
-    let mut explained = Vec::new();
+    let mut explained: Vec<(f64, f64)> = Vec::new();
     let mut push = |code: Code, what: String| {
         notes.push(Note::warning(code, Place::default(), what));
     };
@@ -418,12 +418,13 @@ fn folded_twice(
         }
         match both.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((image, other)) => {
-                explained.push(*other);
+                explained.push((hz, *other));
                 push(
                     Code::MayBeFolded,
                     format!(
                         "{hz:.3} Hz at {rate} and {other:.3} Hz at {fast_rate} samples/s are \
-                         aliases: the lowest frequency that shows as both is {image:.2} Hz"
+                         aliases: the lowest frequency that shows as both is {image:.2} Hz; left \
+                         out of the table"
                     ),
                 );
             }
@@ -436,7 +437,8 @@ fn folded_twice(
             ),
         }
     }
-    let hidden = |hz: &f64| *hz < 0.5 * rate && !explained.contains(hz);
+    let is_explained = |hz: &f64| explained.iter().any(|(_, other)| other == hz);
+    let hidden = |hz: &f64| *hz < 0.5 * rate && !is_explained(hz);
     for (hz, _) in others.iter().filter(|(hz, _)| hidden(hz)) {
         push(
             Code::Disagreement,
@@ -446,6 +448,7 @@ fn folded_twice(
             ),
         );
     }
+    explained
 }
 
 /// Modes that only the record at the lower rate has, and of whose aliases the other has one: those
@@ -465,7 +468,7 @@ fn alias_between(
         for image in within.filter(|image| has(fast, *image) && !has(slow, *image)) {
             let what = format!(
                 "{:.3} Hz at {rate} samples/s is an alias of {image:.3} Hz, which {fast_rate} \
-                 samples/s show at the same pose",
+                 samples/s show at the same pose: left out of the table",
                 mode.frequency_hz
             );
             told.push(mode.frequency_hz);
@@ -491,7 +494,9 @@ fn number(poses: &mut [PoseModes], notes: &mut Vec<Note>) {
         .iter()
         .map(|pose| {
             let by_rank = beside_left_out(pose, most).map(|at| (at, "with those left out"));
-            by_rank.or_else(|| of(pose).map(|at| (at, "by their shapes")))
+            let by_rate = || at_other_rate(pose, poses, most).map(|at| (at, "by another rate"));
+            let by_shape = || of(pose).map(|at| (at, "by their shapes"));
+            by_rank.or_else(by_rate).or_else(by_shape)
         })
         .collect();
     for ((pose, count), found) in poses.iter_mut().zip(&counts).zip(found) {
@@ -511,6 +516,7 @@ fn number(poses: &mut [PoseModes], notes: &mut Vec<Note>) {
         let own = pose.modes.iter_mut().filter(|mode| mode.suspicion.is_none());
         own.zip(found).for_each(|(mode, at)| mode.number = Some(at + 1));
     }
+    crossings(poses, most, notes);
     if !are_placed {
         let what = format!(
             "poses have {least} to {most} modes: where one was missed, and shapes do not say \
@@ -535,6 +541,61 @@ fn beside_left_out(pose: &PoseModes, most: usize) -> Option<Vec<usize>> {
     let are_all = all().count() == most && all().any(|mode| is_left_out(&mode));
     let own = all().enumerate().filter(|(_, mode)| is_listed(mode)).map(|(at, _)| at);
     are_all.then(|| own.collect())
+}
+
+/// Places of a pose's modes, where it lacks some, among those that the same pose has at another
+/// sampling rate.
+fn at_other_rate(pose: &PoseModes, poses: &[PoseModes], most: usize) -> Option<Vec<usize>> {
+    let own = listed(pose);
+    let is_other = |other: &&PoseModes| {
+        is_same_state(pose, other) && pose.sample_rate_hz != other.sample_rate_hz
+    };
+    let full = poses.iter().filter(is_other).map(listed);
+    let full = full.into_iter().find(|other| other.len() == most && own.len() < most)?;
+    let cost = |at: usize, other: usize| {
+        let apart = (own[at].hz / full[other].hz - 1.0).abs();
+        (apart < SAME_MODE).then_some(apart)
+    };
+    paired(own.len(), full.len(), 1.0, cost).into_iter().collect()
+}
+
+/// Tells modes that change places between two poses that show all of them, by shape.
+fn crossings(poses: &[PoseModes], most: usize, notes: &mut Vec<Note>) {
+    /// Least likeness of the modes that are one, and most of those in one column.
+    const ALIKE: f64 = 0.9;
+    const UNLIKE: f64 = 0.5;
+    /// Fewer responses make modes alike by chance.
+    const RESPONSES: usize = 3;
+    let full: Vec<&PoseModes> = poses.iter().filter(|pose| listed(pose).len() == most).collect();
+    for pair in full.windows(2) {
+        let [before, own] = [pair[0], pair[1]].map(listed);
+        let are_shapes = before.iter().chain(&own).all(|mode| mode.shape.len() >= RESPONSES);
+        let alike = |at: usize, other: usize| mac(own[at].shape, before[other].shape);
+        let cost = |at: usize, other: usize| alike(at, other).map(|alike| 1.0 - alike);
+        let pairs = paired(own.len(), before.len(), 1.0, cost);
+        let moved: Vec<(usize, usize)> = pairs
+            .iter()
+            .enumerate()
+            .filter_map(|(at, other)| Some((at, (*other).filter(|other| *other != at)?)))
+            .filter(|&(at, other)| {
+                alike(at, other) > Some(ALIKE) && alike(at, at).is_some_and(|own| own < UNLIKE)
+            })
+            .collect();
+        if moved.is_empty() || !are_shapes {
+            continue;
+        }
+        let words = |(at, other): &(usize, usize)| {
+            format!("{:.3} Hz has the shape of {:.3} Hz", own[*at].hz, before[*other].hz)
+        };
+        let what = format!(
+            "modes change places against the pose before: {}; columns f1, f2, … are by frequency, \
+             so each of these changes its column; the shapes are in the JSON",
+            moved.iter().map(words).collect::<Vec<_>>().join(", ")
+        );
+        let id = pair[1].id.clone();
+        let place = id.map_or_else(Place::default, |id| Place::part(Part::Record(id)));
+        notes.push(Note::warning(Code::ModesDiffer, place, what));
+    }
 }
 
 fn listed(pose: &PoseModes) -> Vec<Placed<'_>> {

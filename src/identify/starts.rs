@@ -5,7 +5,6 @@ use super::estimate::lscf::{
 };
 use super::estimate::peaks::{divisions, peaks};
 use super::estimate::{Block, C64, Pole};
-use super::mode::Mode;
 use super::prepare::{Prepared, SpectraOnLines};
 use crate::units::rad_per_s_from_hz;
 
@@ -28,7 +27,6 @@ pub(super) fn starts(
     const MANY: usize = 8;
     const PEAKS: usize = 4;
     const LINES: usize = 100;
-    let unwindowed = |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
     let widest = prepared.starts_from.iter().max_by_key(|(omega, _)| omega.len());
     let is_given = prepared.blocks.iter().any(Block::is_given);
     // Errors of an analyser make shallow peaks.
@@ -39,21 +37,7 @@ pub(super) fn starts(
     };
     let mut stretches = Vec::new();
     for pair in ends.windows(2) {
-        let own = [pair[0], pair[1]];
-        let sets = within(prepared, own);
-        let sets: Vec<(&[f64], &[Vec<C64>])> =
-            sets.iter().map(|(omega, spectra)| (&omega[..], &spectra[..])).collect();
-        let by_order: PolesByOrder = poles_by_order(&sets, highest, is_given)
-            .into_iter()
-            .map(|(order, poles)| {
-                let poles = poles.into_iter().map(unwindowed);
-                let is_own =
-                    |pole: &Pole| pole.lambda.re < 0.0 && (own[0]..own[1]).contains(&pole.omega());
-                (order, poles.filter(is_own).collect())
-            })
-            .collect();
-        points.extend(stabilisation(&by_order));
-        stretches.push(Stretch { own, orders: by_order.len() });
+        stretches.push(diagram(prepared, [pair[0], pair[1]], highest, points));
     }
     let mut starts = candidates(points);
     let is_new = |peak: &Pole, starts: &[Pole]| {
@@ -67,6 +51,45 @@ pub(super) fn starts(
         starts.extend(peaks);
     }
     (stretches, starts)
+}
+
+/// The same of one stretch alone, without peaks.
+pub(super) fn starts_within(
+    prepared: &Prepared,
+    own: [f64; 2],
+    highest: usize,
+    points: &mut Vec<StabilisationPoint>,
+) -> (Stretch, Vec<Pole>) {
+    let mut of_own = Vec::new();
+    let stretch = diagram(prepared, own, highest, &mut of_own);
+    let starts = candidates(&of_own);
+    points.extend(of_own);
+    (stretch, starts)
+}
+
+/// The stabilisation diagram of a stretch.
+fn diagram(
+    prepared: &Prepared,
+    own: [f64; 2],
+    highest: usize,
+    points: &mut Vec<StabilisationPoint>,
+) -> Stretch {
+    let unwindowed = |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
+    let is_given = prepared.blocks.iter().any(Block::is_given);
+    let sets = within(prepared, own);
+    let sets: Vec<(&[f64], &[Vec<C64>])> =
+        sets.iter().map(|(omega, spectra)| (&omega[..], &spectra[..])).collect();
+    let by_order: PolesByOrder = poles_by_order(&sets, highest, is_given)
+        .into_iter()
+        .map(|(order, poles)| {
+            let poles = poles.into_iter().map(unwindowed);
+            let is_own =
+                |pole: &Pole| pole.lambda.re < 0.0 && (own[0]..own[1]).contains(&pole.omega());
+            (order, poles.filter(is_own).collect())
+        })
+        .collect();
+    points.extend(stabilisation(&by_order));
+    Stretch { own, orders: by_order.len() }
 }
 
 /// What the least squares start from, within a stretch and a little beyond.
@@ -85,21 +108,25 @@ fn within(prepared: &Prepared, [from, to]: [f64; 2]) -> Vec<SpectraOnLines> {
 
 /// Fraction of the orders that have a stable pole near the mode, of about its damping: beside a
 /// light mode, the light mode's poles do not support a heavily damped one.
-pub(super) fn support(mode: &Mode, points: &[StabilisationPoint], stretches: &[Stretch]) -> f64 {
+pub(super) fn support(
+    (hz, ratio, ratio_std): (f64, f64, f64),
+    points: &[StabilisationPoint],
+    stretches: &[Stretch],
+) -> f64 {
     /// Of frequencies, relative.
     const NEAR: f64 = 0.01;
     /// Of damping ratios, where their deviation is not larger: least squares are biased in noise.
     const FACTOR: f64 = 3.0;
-    let omega = rad_per_s_from_hz(mode.frequency_hz);
+    let omega = rad_per_s_from_hz(hz);
     let is_there = |stretch: &&Stretch| (stretch.own[0]..stretch.own[1]).contains(&omega);
     let orders = stretches.iter().find(is_there).map_or(0, |stretch| stretch.orders);
     let mut having: Vec<usize> = points
         .iter()
         .filter(|point| {
-            let ratio = point.damping_ratio / mode.damping_ratio;
-            let apart = (point.damping_ratio - mode.damping_ratio).abs();
-            (point.frequency_hz / mode.frequency_hz - 1.0).abs() < NEAR
-                && ((FACTOR.recip()..FACTOR).contains(&ratio) || apart < 3.0 * mode.damping_std)
+            let times = point.damping_ratio / ratio;
+            let apart = (point.damping_ratio - ratio).abs();
+            (point.frequency_hz / hz - 1.0).abs() < NEAR
+                && ((FACTOR.recip()..FACTOR).contains(&times) || apart < 3.0 * ratio_std)
         })
         .map(|point| point.order)
         .collect();

@@ -1,16 +1,23 @@
 //! What a mode may be beside a mode, and what the record lacks for it.
 
 use super::estimate::{C64, Origin};
+use super::harmonics::Harmonics;
 use super::mode::Mode;
 use super::prepare::{Prepared, RecordKind};
 use super::record::{Channel, Data, Record};
 use super::shapes::mac;
 use crate::notes::{Code, Note, Notes, Part};
-use crate::units::{hz_from_rpm, percent_from_ratio, rad_per_s_from_hz};
+use crate::units::{percent_from_ratio, rad_per_s_from_hz};
 
 /// A steady tone has no damping; records of finite length and varying speed blur it up to this
 /// ratio.
 const MAX_TONE_DAMPING: f64 = 2e-3;
+
+/// So many poles that no order of the stabilisation diagram has, and that do not stand alone, show a
+/// record that no sum of modes is, as one whose clock jitters: then a mode must be in this share of
+/// the orders.
+const MANY_UNSUPPORTED: usize = 3;
+const LEAST_SUPPORT: f64 = 0.2;
 
 /// Warns of all of it, and marks modes that are probably tones.
 pub(super) fn check(
@@ -36,10 +43,14 @@ pub(super) fn check(
                     but left out of the table";
         notes.warning(Code::Clipping, None, what);
     }
-    let own: Vec<bool> = (0..modes.len()).map(|at| stands_alone(prepared, modes, at)).collect();
+    let alone: Vec<bool> = (0..modes.len()).map(|at| stands_alone(prepared, modes, at)).collect();
+    let is_lost = |&(mode, alone): &(&Mode, &bool)| mode.support == 0.0 && !alone;
+    let is_no_sum = modes.iter().zip(&alone).filter(is_lost).count() >= MANY_UNSUPPORTED;
+    let least = if is_no_sum { LEAST_SUPPORT } else { 0.0 };
+    let own: Vec<bool> = alone.into_iter().map(|alone| alone && !is_no_sum).collect();
     for (mode, stands_alone) in modes.iter_mut().zip(own) {
         tones(record, prepared, mains_hz, mode, notes);
-        uncertain(prepared, mode, stands_alone, notes);
+        uncertain(prepared, mode, (stands_alone, least), notes);
         if mode.suspicion.is_none() {
             length(prepared, mode, notes);
             coherence(prepared, mode, notes);
@@ -52,6 +63,7 @@ pub(super) fn check(
     if matches!(prepared.kind, RecordKind::FreeDecay | RecordKind::Hammer) {
         harmonics(modes, notes);
         companions(modes, notes);
+        echoes(modes, notes);
     }
     delay(modes, notes);
     polarity(record, modes, notes);
@@ -134,50 +146,6 @@ fn responses_of(record: &Record) -> &[Channel] {
     }
 }
 
-/// Harmonics of a source that makes tones.
-struct Harmonics {
-    base_hz: f64,
-    count: u32,
-    /// Relative distance of a tone from the exact multiple.
-    tolerance: f64,
-    code: Code,
-}
-
-impl Harmonics {
-    /// The mains varies little.
-    fn of_mains(base_hz: f64) -> Self {
-        Self { base_hz, count: 20, tolerance: 2e-3, code: Code::Mains }
-    }
-
-    /// Spindles slip.
-    fn of_spindle(rpm: f64) -> Self {
-        Self { base_hz: hz_from_rpm(rpm), count: 10, tolerance: 5e-3, code: Code::Spindle }
-    }
-
-    /// The harmonic at which a mode lies, and whether it is an alias of it.
-    fn at(&self, mode: &Mode, nyquist_hz: Option<f64>) -> Option<(u32, bool)> {
-        const MOST_HZ: f64 = 0.25;
-        (1..=self.count).find_map(|order| {
-            let true_hz = f64::from(order) * self.base_hz;
-            let seen_hz = match nyquist_hz {
-                Some(nyquist) => {
-                    let rest = true_hz % (2.0 * nyquist);
-                    if rest > nyquist { 2.0 * nyquist - rest } else { rest }
-                }
-                None => true_hz,
-            };
-            let is_alias = (seen_hz - true_hz).abs() > 1e-9;
-            // An alias of a high harmonic would lie anywhere.
-            let most = if is_alias { MOST_HZ } else { f64::INFINITY };
-            let within = (self.tolerance * true_hz).min(most);
-            // A mode that is known worse than that lies at every harmonic.
-            (3.0 * mode.frequency_std_hz < within.max(0.1)
-                && (mode.frequency_hz - seen_hz).abs() <= within)
-                .then_some((order, is_alias))
-        })
-    }
-}
-
 fn tones(
     record: &Record,
     prepared: &Prepared,
@@ -189,9 +157,9 @@ fn tones(
     if mode.damping_ratio.abs() > max_damping {
         return;
     }
-    let mains = mains_hz.iter().map(|&hz| Harmonics::of_mains(hz));
-    for source in mains.chain(record.spindle_rpm.map(Harmonics::of_spindle)) {
-        if let Some((order, is_alias)) = source.at(mode, prepared.nyquist_hz) {
+    for source in Harmonics::all(mains_hz, record.spindle_rpm) {
+        let own = (mode.frequency_hz, mode.frequency_std_hz);
+        if let Some((order, is_alias)) = source.at(own, prepared.nyquist_hz) {
             // What an analyser divided by the force has little of what the force did not cause.
             let is_divided = prepared.kind == RecordKind::GivenResponses;
             let what = format!(
@@ -199,7 +167,7 @@ fn tones(
                  of {:.3} Hz{}: {}",
                 mode.frequency_hz,
                 mode.damping_ratio,
-                if source.code == Code::Mains { "mains" } else { "spindle" },
+                source.name(),
                 source.base_hz,
                 if is_alias { ", aliased" } else { "" },
                 match is_divided {
@@ -262,7 +230,13 @@ fn stands_alone(prepared: &Prepared, modes: &[Mode], at: usize) -> bool {
 }
 
 /// A fitted pole that is no mode: damping may be zero, or nothing but the fit supports it.
-fn uncertain(prepared: &Prepared, mode: &mut Mode, stands_alone: bool, notes: &mut Notes) {
+/// Modes in less than the `least` share of the orders, or in none, must stand alone.
+fn uncertain(
+    prepared: &Prepared,
+    mode: &mut Mode,
+    (stands_alone, least): (bool, f64),
+    notes: &mut Notes,
+) {
     /// Relative standard deviation of vague damping, where no order of the stabilisation diagram
     /// has the mode.
     const VAGUE_DAMPING: f64 = 0.5;
@@ -279,7 +253,7 @@ fn uncertain(prepared: &Prepared, mode: &mut Mode, stands_alone: bool, notes: &m
             && mode.damping_ratio < 3.0 * mode.damping_std
             && mode.damping_ratio + 2.0 * mode.damping_std < MAX_TONE_DAMPING;
     let is_unknown = is_vague && mode.damping_std > mode.damping_ratio && mode.support < SETTLED;
-    let is_alone = mode.support == 0.0;
+    let is_alone = mode.support == 0.0 || mode.support < least;
     let is_unsettled = has_no_damping
         || is_unknown
         || is_alone && (is_vague || mode.damping_std > VAGUE_DAMPING * mode.damping_ratio);
@@ -304,6 +278,10 @@ fn uncertain(prepared: &Prepared, mode: &mut Mode, stands_alone: bool, notes: &m
     }
     let what = match is_unsettled {
         true => format!("{found} is too uncertain to be a mode: left out of the table"),
+        false if mode.support > 0.0 => format!(
+            "{found} has little support, in a record that other poles of the fit show to be more \
+             than modes and noise: left out of the table; compare it with another record"
+        ),
         false => format!(
             "{found} is supported by the fit alone: left out of the table; compare it with \
              another record, or with the spectrum"
@@ -399,6 +377,54 @@ fn companions(modes: &mut [Mode], notes: &mut Notes) {
             modes[at].suspicion = Some(Code::AmplitudeDependent);
         }
     }
+}
+
+/// What is within the width of a mode that is far louder, and decays as it does: sensors that are
+/// not quite linear, as the sub-pixel errors of a camera are, leave so much of the mode, by a shape
+/// of their own. The louder mode may be off by as much as the weaker one can bend it.
+fn echoes(modes: &mut [Mode], notes: &mut Notes) {
+    /// Of the louder one's size over all responses.
+    const WEAKER: f64 = 0.05;
+    /// Of the louder one's decay rate; and of the decay rates.
+    const WITHIN: f64 = 0.5;
+    const ALIKE: f64 = 2.0;
+    let decay = |mode: &Mode| mode.damping_ratio * mode.frequency_hz;
+    let share_of = |mode: &Mode, of: &Mode| Some(size(mode)? / size(of)?.max(f64::MIN_POSITIVE));
+    for at in 0..modes.len() {
+        let mode = &modes[at];
+        let is_of = |of: &Mode| {
+            let rate = decay(mode) / decay(of).max(f64::MIN_POSITIVE);
+            (mode.frequency_hz - of.frequency_hz).abs() < WITHIN * decay(of)
+                && (ALIKE.recip()..ALIKE).contains(&rate)
+                && share_of(mode, of).is_some_and(|share| share < WEAKER)
+                && of.suspicion.is_none()
+        };
+        let of = (0..modes.len()).find(|&of| of != at && is_of(&modes[of]));
+        let Some(of) = of.filter(|_| mode.suspicion.is_none()) else { continue };
+        let share = share_of(mode, &modes[of]).unwrap_or(WEAKER);
+        let what = format!(
+            "{:.3} Hz lies within the width of the mode at {:.3} Hz and has {:.1} % of its \
+             amplitude: sensors that are not quite linear, such as the sub-pixel errors of a \
+             camera, make as much; left out of the table, and the other mode's standard \
+             deviations include it; measure larger motion, or with other sensors, to tell",
+            mode.frequency_hz,
+            modes[of].frequency_hz,
+            percent_from_ratio(share)
+        );
+        notes.warning(Code::Unsettled, None, what);
+        modes[at].suspicion = Some(Code::Unsettled);
+        let of = &mut modes[of];
+        of.frequency_std_hz = of.frequency_std_hz.hypot(share * decay(of));
+        of.damping_std = of.damping_std.hypot(share * of.damping_ratio);
+    }
+}
+
+/// How large a mode is over all responses, against others of its record that are near it.
+fn size(mode: &Mode) -> Option<f64> {
+    let of_shape = || mode.shape.iter().map(|part| part.value.norm_sqr()).sum::<f64>().sqrt();
+    let constants = mode.shape.iter().map(|part| Some(part.modal_constant?.norm_sqr()));
+    let by_force = constants.sum::<Option<f64>>().map(f64::sqrt);
+    mode.amplitude.map(|amplitude| amplitude * of_shape()).or(by_force)
 }
 
 /// Leakage, and records too short.

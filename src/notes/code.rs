@@ -247,7 +247,7 @@ codes! {
     NoModes = "no_modes": Remark,
     /// Records of one pose do not agree, or one lacks a mode.
     Disagreement = "disagreement": Remark,
-    /// Poses have different numbers of modes.
+    /// Poses have different numbers of modes, or modes change places.
     ModesDiffer = "modes_differ": Remark,
     /// Something about the file or the session that changes how results read.
     Remark = "remark": Remark,

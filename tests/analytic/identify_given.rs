@@ -424,3 +424,34 @@ fn deviations_under_plain_noise_hold_the_truth() {
         assert!((0.90..=1.0).contains(&share), "{what}: {share:.3} of {all}");
     }
 }
+
+/// Two modes 1.4 of their widths apart among six, noise 60 dB below the loudest line: the least squares of the whole band
+/// offer one pole for both.
+#[test]
+fn two_modes_side_by_side_are_found_in_a_wide_band() {
+    for seed in 0..few(8) {
+        let mut rng = seeded(700 + seed);
+        let mut shape = |drive: f64| {
+            let mut own: Vec<f64> = (0..6).map(|_| gauss(&mut rng)).collect();
+            own[0] = drive;
+            own
+        };
+        let modes = [
+            TrueMode::new(72.7, 0.010, &shape(0.4)),
+            TrueMode::new(163.3, 0.008, &shape(0.6)),
+            TrueMode::new(166.9, 0.007, &shape(0.7)),
+            TrueMode::new(282.1, 0.005, &shape(0.9)),
+            TrueMode::new(450.6, 0.006, &shape(0.5)),
+            TrueMode::new(621.0, 0.009, &shape(0.6)),
+        ];
+        let record = with_noise(&modes, |_| 1.0, [0.0, 1e-3], seed);
+        let found = identify_record(&record, &asked(&[]));
+        let listed: Vec<_> = found.modes.iter().filter(|mode| mode.suspicion.is_none()).collect();
+        let told: Vec<_> = listed.iter().map(|m| (m.frequency_hz, m.support)).collect();
+        assert_eq!(told.len(), modes.len(), "seed {seed}: {told:?} {:?}", found.warnings);
+        for (mode, truth) in listed.iter().zip(&modes) {
+            let off = (mode.frequency_hz - truth.hz).abs();
+            assert!(off < 4.0 * mode.frequency_std_hz && off < 1e-3 * truth.hz, "{seed}: {told:?}");
+        }
+    }
+}

@@ -371,3 +371,90 @@ fn a_missed_mode_leaves_its_column_blank() {
     let told: Vec<&str> = found.warnings.iter().map(|note| note.what.as_str()).collect();
     assert!(told.len() == 1 && told[0].contains("compare the rows"), "{told:?}");
 }
+
+/// Five decays of one state, clamped again before each: the five modes scatter by 1.2 %, each by itself or all together,
+/// and two of them lie 2 % apart. They stay five columns, whose deviations are those of the scatter's mean.
+#[test]
+fn modes_that_scatter_between_records_keep_their_columns() {
+    let shapes: [&[f64]; 5] = [
+        &[1.0, 0.8, 0.5, 0.2, -0.3],
+        &[-0.6, 0.3, 1.0, 0.7, 0.4],
+        &[0.5, -0.9, 0.2, 0.6, -1.0],
+        &[0.9, -0.2, -0.8, 0.5, 0.6],
+        &[-0.3, 1.0, -0.7, 0.6, 0.2],
+    ];
+    let hz = [11.3, 18.9, 34.6, 35.3, 79.5];
+    for together in [false, true] {
+        let mut rng = seeded(31);
+        let mut truth: Vec<[f64; 5]> = Vec::new();
+        let records = (0..5).map(|record| {
+            let all = 0.012 * gauss(&mut rng);
+            let own =
+                hz.map(|hz| hz * (1.0 + if together { all } else { 0.012 * gauss(&mut rng) }));
+            truth.push(own);
+            let modes = own.iter().zip(shapes).map(|(hz, shape)| TrueMode::new(*hz, 0.008, shape));
+            at_pose(seen(&modes.collect::<Vec<_>>(), &[0, 1, 2, 3, 4], &[1.0; 5], record), 0.5)
+        });
+        let session =
+            Session { asked: asked(&[]), joint_columns: None, records: records.collect() };
+        let found = identify_session(&session, &silent);
+        let modes = &found.poses[0].modes;
+        let told: Vec<_> = modes.iter().map(|m| (m.frequency_hz, m.frequency_std_hz)).collect();
+        assert_eq!(modes.len(), 5, "{told:?} {:?}", found.warnings);
+        for (at, mode) in modes.iter().enumerate() {
+            assert_eq!((mode.number, mode.members.len()), (Some(at + 1), 5), "{told:?}");
+            for &(record, own) in &mode.members {
+                let own = found.records[record].modes[own].frequency_hz;
+                assert!((own / truth[record][at] - 1.0).abs() < 2e-3, "{record} {at} {own}");
+            }
+            let mean = truth.iter().map(|own| own[at]).sum::<f64>() / 5.0;
+            let square: f64 = truth.iter().map(|own| (own[at] - mean).powi(2)).sum();
+            let of_mean = (square / 4.0 / 5.0).sqrt();
+            let ratio = mode.frequency_std_hz / of_mean;
+            // Records count by what they state of their noise, too.
+            assert!((0.8..1.25).contains(&ratio), "{at}: {ratio} {told:?}");
+            assert!((mode.frequency_hz - mean).abs() < 0.1 * of_mean, "{at}: {mean} {told:?}");
+        }
+    }
+}
+
+/// Two modes of a record 3 % apart, each missing in the other record: of unlike shapes they stay two; and two of one
+/// record are never one, however near and alike they are.
+#[test]
+fn modes_that_are_two_stay_two() {
+    let [a, b]: [&[f64]; 2] = [&[1.0, 0.8, 0.5, 0.2, -0.3], &[-0.6, 0.3, 1.0, 0.7, 0.4]];
+    let session = |first: &[TrueMode], second: &[TrueMode]| {
+        let taken =
+            |modes: &[TrueMode], seed| at_pose(seen(modes, &[0, 1, 2, 3, 4], &[1.0; 5], seed), 0.5);
+        let records = vec![taken(first, 1), taken(second, 2)];
+        let session = Session { asked: asked(&[]), joint_columns: None, records };
+        identify_session(&session, &silent).poses[0].modes.clone()
+    };
+    let mode = |hz: f64, shape: &[f64]| TrueMode::new(hz, 0.008, shape);
+    let apart = session(&[mode(20.0, a), mode(60.0, b)], &[mode(20.6, b), mode(60.0, b)]);
+    assert_eq!(apart.iter().map(|m| m.members.len()).collect::<Vec<_>>(), [1, 1, 2]);
+    let alike = session(&[mode(20.0, a), mode(20.5, a)], &[mode(20.2, a), mode(20.7, a)]);
+    assert_eq!(alike.iter().map(|m| m.members.len()).collect::<Vec<_>>(), [2, 2], "{alike:?}");
+    assert!((alike[0].frequency_hz - 20.1).abs() < 0.02, "{alike:?}");
+}
+
+/// Between two poses the upper two modes change places: columns stay by frequency, and that is told.
+#[test]
+fn modes_that_cross_between_poses_are_told() {
+    let told = |factors: [f64; 3]| -> Vec<String> {
+        let mut moved = arm_modes(1.0);
+        moved.iter_mut().zip(factors).for_each(|(mode, factor)| mode.hz *= factor);
+        let all = |modes: &[TrueMode], seed| seen(modes, &[0, 1, 2, 3, 4], &[1.0; 3], seed);
+        let records = vec![at_pose(all(&arm_modes(1.0), 1), 0.5), at_pose(all(&moved, 2), 0.8)];
+        let session = Session { asked: asked(&[]), joint_columns: None, records };
+        let found = identify_session(&session, &silent);
+        for row in found.table().rows {
+            assert!(row.frequencies_hz.is_sorted(), "{:?}", row.frequencies_hz);
+        }
+        found.warnings.into_iter().map(|note| note.what).collect()
+    };
+    assert_eq!(told([1.05, 1.2, 0.9]), Vec::<String>::new());
+    let crossed = told([1.0, 1.4, 0.8]);
+    assert!(crossed.len() == 1 && crossed[0].contains("change places"), "{crossed:?}");
+    assert!(crossed[0].contains(" 34.4"), "{crossed:?}");
+}

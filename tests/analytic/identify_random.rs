@@ -244,3 +244,52 @@ fn what_a_recorder_fills_up_is_left_out_and_told() {
         assert!((found.frequency_hz / whole.frequency_hz - 1.0).abs() < 1e-6);
     }
 }
+
+/// Hum of the mains, steady or wandering as it does, 0.8 Hz from a mode: it is told, and neither pulls the mode nor
+/// another one.
+#[test]
+fn hum_beside_a_mode_of_a_random_response_is_told_and_bends_nothing() {
+    const RATE: f64 = 400.0;
+    let modes = [
+        TrueMode::new(17.3, 0.020, &[1.0, 0.5, 0.3, -0.6]),
+        TrueMode::new(49.2, 0.012, &[0.6, -0.8, 0.4, 0.7]),
+        TrueMode::new(104.0, 0.010, &[0.5, 0.7, -0.9, 0.4]),
+    ]
+    .map(|mode| {
+        // Accelerations: the displacements of higher modes are smaller.
+        let shape: Vec<f64> = mode.shape.iter().map(|own| own * mode.hz).collect();
+        TrueMode { shape, ..mode }
+    });
+    let mut largest: f64 = 0.0;
+    for (seed, share, wander) in [(1, 0.3, 0.0), (2, 0.5, 0.0), (3, 0.3, 0.015), (4, 0.0, 0.0)] {
+        let mut rng = seeded(60 + seed);
+        let mut responses = random_response(&modes, RATE, 120_000, &mut rng);
+        let whole = responses.iter().flatten().map(|y| y * y).sum::<f64>();
+        let level = (whole / (4.0 * 120_000.0)).sqrt();
+        for (k, t) in (0..120_000).map(|k| f64::from(k) / RATE).enumerate() {
+            // The phase of 50.01 Hz that swings by `wander` Hz in a hundred seconds.
+            let swing =
+                wander * 100.0 / std::f64::consts::TAU * (std::f64::consts::TAU * t / 100.0).sin();
+            let tone = (std::f64::consts::TAU * (50.01 * t + swing) + 1.0).sin();
+            let size = share * 2.0_f64.sqrt() * level;
+            responses.iter_mut().for_each(|own| own[k] += size * tone);
+        }
+        let responses = noisy(&responses, 0.05, &mut rng);
+        let found = identify_record(
+            &record(RATE, None, responses, Quantity::Acceleration),
+            &asked(&[50.0]),
+        );
+        let listed: Vec<_> = found.modes.iter().filter(|mode| mode.suspicion.is_none()).collect();
+        let told: Vec<_> = listed.iter().map(|m| (m.frequency_hz, m.frequency_std_hz)).collect();
+        assert_eq!(listed.len(), 3, "seed {seed}: {told:?} {:?}", found.warnings);
+        for (mode, truth) in listed.iter().zip(&modes) {
+            let off = (mode.frequency_hz - truth.hz).abs() / mode.frequency_std_hz;
+            let of_damping = (mode.damping_ratio - truth.ratio).abs() / mode.damping_std;
+            largest = largest.max(off).max(of_damping);
+            assert!(off < 4.0 && of_damping < 4.0, "seed {seed}: {told:?} {of_damping}");
+        }
+        let is_hum = found.warnings.iter().any(|note| note.code == Code::Mains);
+        assert_eq!(is_hum, share > 0.0, "seed {seed}: {:?}", found.warnings);
+    }
+    println!("hum: largest deviation {largest:.2}");
+}

@@ -294,6 +294,26 @@ fn a_frequency_above_half_of_two_rates_is_told() {
     assert!(told(&session, Code::Disagreement).is_empty(), "{:?}", session.warnings);
 }
 
+/// 38.2 Hz shows as 21.8 Hz at 60 samples/s and as itself at 100: the alias stays out of the table, and what both rates
+/// show is in one column. 91 Hz lies above half of 140 and of 120: neither alias is in the table.
+#[test]
+fn aliases_that_two_rates_show_stay_out_of_the_table() {
+    let session = two_rates(38.2, [60.0, 100.0]);
+    let rows = session.table().rows;
+    let hz = |row: usize| -> Vec<Option<f64>> {
+        rows[row].frequencies_hz.iter().map(|hz| hz.map(|hz| (10.0 * hz).round() / 10.0)).collect()
+    };
+    assert_eq!(hz(0), [Some(19.7), None], "{:?}", session.warnings);
+    assert_eq!(hz(1), [Some(19.7), Some(38.2)], "{:?}", session.warnings);
+    let suspected: Vec<Option<Code>> = session.poses[0].modes.iter().map(|m| m.suspicion).collect();
+    assert_eq!(suspected, [None, Some(Code::MayBeFolded)]);
+    let session = two_rates(91.0, [140.0, 120.0]);
+    for row in session.table().rows {
+        let hz: Vec<f64> = row.frequencies_hz.iter().flatten().copied().collect();
+        assert!(hz.len() == 1 && (hz[0] - 19.7).abs() < 0.1, "{hz:?} {:?}", session.warnings);
+    }
+}
+
 /// Minutes of blows at 1000 samples/s: the modes up to 120 Hz are there, not those below 12 Hz alone.
 #[test]
 fn a_long_record_keeps_its_band() {

@@ -330,6 +330,49 @@ fn synthesised_responses_have_the_modes_that_made_them() {
     assert_eq!(reused.status.code(), Some(2), "an input is written over");
 }
 
+/// Of a roving hammer with two sensors, each pair that was measured is synthesised, with its own reference: those of the
+/// chain's dynamic stiffness, within 1 % of each one's loudest line.
+#[test]
+fn synthesised_responses_of_several_references_say_which() {
+    let folder = tempfile::tempdir().unwrap();
+    let hits = [(0, 3), (1, 3), (2, 3), (3, 3)];
+    fs::write(folder.path().join("r.uff"), roving(&[0, 2], &hits, None)).unwrap();
+    fs::write(folder.path().join("s.yaml"), "records:\n  - {file: r.uff, pose: {beta2_rad: 1}}\n")
+        .unwrap();
+    let output = program::run(folder.path(), &["identify", "s.yaml", "--write-uff", "modes.uff"]);
+    assert!(output.status.success(), "{}", program::err(&output));
+    let text = fs::read_to_string(folder.path().join("modes.uff")).unwrap();
+    let chain = chain();
+    let mut pairs = Vec::new();
+    for set in text.split("    -1\n    58\n").skip(1) {
+        let lines: Vec<&str> = set.lines().collect();
+        let words: Vec<&str> = lines[5].split_whitespace().collect();
+        let place = |word: &str| word.parse::<usize>().unwrap();
+        let (response, reference) = (place(words[5]), place(words[8]));
+        assert_eq!([words[6], words[9]], ["3", "3"], "{}", lines[5]);
+        pairs.push((response, reference));
+        let grid: Vec<f64> =
+            lines[6].split_whitespace().skip(3).take(2).map(|w| w.parse().unwrap()).collect();
+        let values = lines[11..].iter().take_while(|line| line.trim() != "-1").map(|line| {
+            let both: Vec<f64> = line.split_whitespace().map(|w| w.parse().unwrap()).collect();
+            C64::new(both[0], both[1])
+        });
+        let (mut most, mut off) = (0.0_f64, 0.0_f64);
+        for (k, value) in values.enumerate() {
+            let hz = grid[0] + k as f64 * grid[1];
+            let omega = std::f64::consts::TAU * hz;
+            let truth = chain.accelerance(hz, reference - 1)[response - 1] / -(omega * omega);
+            most = most.max(truth.norm());
+            off = off.max((value - truth).norm());
+        }
+        assert!(off < 0.01 * most, "{response} {reference}: {off} of {most}");
+    }
+    pairs.sort_unstable();
+    let measured: Vec<(usize, usize)> =
+        [1, 3].into_iter().flat_map(|own| (1..=4).map(move |hit| (own, hit))).collect();
+    assert_eq!(pairs, measured);
+}
+
 /// What a column makes of a value.
 type OfValue = fn(C64) -> f64;
 

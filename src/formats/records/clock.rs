@@ -139,11 +139,18 @@ fn jump(times: &[f64], title: &str) -> Option<(usize, String)> {
     const MAX_STEPS: f64 = 0.9;
     let moves = || times.windows(2).map(|pair| pair[1] - pair[0]);
     if let Some(k) = moves().position(|step| step <= 0.0) {
-        let what = format!(
-            "{title} goes from {} s to {} s, must rise from row to row",
-            times[k],
-            times[k + 1]
-        );
+        let [before, after] = [times[k], times[k + 1]];
+        let what = match before == after {
+            true => format!(
+                "{title} is {before} s in two rows, must rise from row to row: where the recorder \
+                 wrote a sample twice, delete one of them; where it rounds its times, leave the \
+                 column out and give sample_rate_hz"
+            ),
+            false => format!(
+                "{title} goes from {before} s to {after} s, must rise from row to row: sort the \
+                 rows, or keep the part before or after"
+            ),
+        };
         return Some((k + 1, what));
     }
     let mut steps: Vec<f64> = moves().collect();
@@ -183,6 +190,18 @@ mod tests {
     fn rate_of(step: f64, round: impl Fn(f64) -> f64) -> Option<f64> {
         let times = (0..40_000).map(|k| round(f64::from(k) * step)).collect();
         clock(times, "t").ok()?.parts().0
+    }
+
+    /// A telephone that writes a sample twice, and rows out of order.
+    #[test]
+    fn times_that_do_not_rise_are_told_with_what_to_do() {
+        let told = |times: &[f64]| clock(times.to_vec(), "t").err().unwrap();
+        let (at, what) = told(&[0.0, 0.011, 0.019, 0.019, 0.032, 0.041]);
+        assert_eq!(at, 3);
+        assert!(what.contains("t is 0.019 s in two rows") && what.contains("delete"), "{what}");
+        let (at, what) = told(&[0.0, 0.011, 0.019, 0.012, 0.032, 0.041]);
+        assert_eq!(at, 3);
+        assert!(what.contains("0.019 s to 0.012 s") && what.contains("sort"), "{what}");
     }
 
     /// 256 samples/s printed to the millisecond lie up to an eighth of a step off their places.

@@ -14,7 +14,7 @@ mod elements;
 
 use std::path::Path;
 
-use self::elements::{Kind, Variable, variables};
+use self::elements::{DEEP, Kind, Variable, variables};
 use super::clock::{Clock, clock, time_among};
 use super::responses::{Columns, frequency, functions};
 use super::{Channel, Function, Label, MAX_RECORD_BYTES, MIN_SAMPLES, Recording};
@@ -108,6 +108,19 @@ fn recording(found: Vec<Variable>, named: Option<&str>, notes: &mut Notes) -> Re
             notes.warning(Code::Unused, None, what);
         }
         return Recording { functions: responses, is_titled: true, ..Recording::default() };
+    }
+    let has_frequencies = columns.iter().any(|own| frequency(&own.name).is_some());
+    if sample_rate_hz.is_none()
+        && time_among(&names, named).is_none()
+        && let Some(deep) = others.iter().find(|other| has_frequencies && other.contains(DEEP))
+    {
+        let what = format!(
+            "holds frequencies, but no responses on them: {deep}, must be lines × responses; save \
+             the responses to each reference as a matrix of its own, in a file of its own, or all \
+             of them as UFF 58"
+        );
+        notes.error(Code::TooLittleData, None, what);
+        return Recording::default();
     }
     let is_complex = |column: &mut Column| column.imaginary.is_some();
     others.extend(columns.extract_if(.., is_complex).map(|own| format!("{} (complex)", own.name)));

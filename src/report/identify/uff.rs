@@ -54,13 +54,14 @@ fn has_set_ups(found: &IdentifiedSession, mode: &PoseMode) -> bool {
 }
 
 fn freedom(name: &str, place: usize) -> Freedom {
-    let split = name.rfind(['+', '-']).map(|at| name.split_at(at));
-    let of = split.and_then(|(node, direction)| {
-        let axis = AXES.iter().position(|axis| *axis == &direction[1..])?;
-        let sign = if direction.starts_with('-') { -1.0 } else { 1.0 };
-        Some((node.parse().ok()?, axis + 1, sign))
-    });
-    of.unwrap_or((place + 1, 1, 1.0))
+    node_of(name).unwrap_or((place + 1, 1, 1.0))
+}
+
+fn node_of(name: &str) -> Option<Freedom> {
+    let (node, direction) = name.split_at(name.rfind(['+', '-'])?);
+    let axis = AXES.iter().position(|axis| *axis == &direction[1..])?;
+    let sign = if direction.starts_with('-') { -1.0 } else { 1.0 };
+    Some((node.parse().ok()?, axis + 1, sign))
 }
 
 /// A line of text as a data set may hold it.
@@ -121,23 +122,77 @@ fn number_of(value: f64) -> String {
     format!("{:>13}", format!("{mantissa}e{sign}{:02}", exponent.abs()))
 }
 
-/// Data set 58: the receptance of each part, on the lines of the record's spectra.
+/// A receptance that is written: its name, its response and its reference, and by mode the modal
+/// constant.
+struct Receptance {
+    name: String,
+    response: Freedom,
+    /// `None` where the record has one, which its shapes do not name.
+    reference: Option<Freedom>,
+    constants: Vec<Complex<f64>>,
+}
+
+/// Of each part of the shapes; of a record with several references, of each pair that was measured.
+fn receptances(record: &IdentifiedRecord, modes: &[&Mode]) -> Option<Vec<Receptance>> {
+    let first = modes.first()?;
+    let of_pairs: Option<Vec<Receptance>> =
+        record.spectra.iter().map(|own| of_pair(&own.response, modes)).collect();
+    if let Some(of_pairs) = of_pairs.filter(|of_pairs| !of_pairs.is_empty()) {
+        return Some(of_pairs);
+    }
+    // Where a name that is none of the shapes' was fitted, the constants of each mode are for
+    // another force.
+    let is_part = |name: &str| first.shape.iter().any(|part| part.response == name);
+    let are_of_one = record.spectra.iter().all(|own| is_part(&own.response));
+    let one = |(place, part): (usize, &ShapePart)| {
+        let (node, axis, sign) = freedom(&part.response, place);
+        let constant = |mode: &&Mode| {
+            let own = mode.shape.iter().find(|own| own.response == part.response)?;
+            Some(own.modal_constant? * sign)
+        };
+        let constants = modes.iter().map(constant).collect::<Option<_>>()?;
+        let response = (node, axis, 1.0);
+        Some(Receptance { name: part.response.clone(), response, reference: None, constants })
+    };
+    first.shape.iter().enumerate().map(one).collect::<Option<_>>().filter(|_| are_of_one)
+}
+
+/// The receptance of a response and a reference, as `3+Z/1-Z` names them, from shapes that hold
+/// both: in positive directions, as theirs are.
+fn of_pair(name: &str, modes: &[&Mode]) -> Option<Receptance> {
+    let (response, reference) = name.rsplit_once('/')?;
+    let place = |name: &str| {
+        let parts = modes.first()?.shape.iter().enumerate();
+        let own = node_of(name).map(|(node, axis, _)| (node, axis));
+        let is_it = |part: &ShapePart| {
+            part.response == name
+                || own.is_some()
+                    && node_of(&part.response).map(|(node, axis, _)| (node, axis)) == own
+        };
+        parts.into_iter().find(|(_, part)| is_it(part))
+    };
+    let (response, reference) = (place(response)?, place(reference)?);
+    let constant = |mode: &&Mode| {
+        let of = |name: &str| mode.shape.iter().find(|part| part.response == name)?.mass_normalised;
+        Some(of(&response.1.response)? * of(&reference.1.response)?)
+    };
+    let at = |(place, part): (usize, &ShapePart)| freedom(&part.response, place);
+    Some(Receptance {
+        name: name.to_owned(),
+        constants: modes.iter().map(constant).collect::<Option<_>>()?,
+        response: at(response),
+        reference: Some(at(reference)),
+    })
+}
+
+/// Data set 58: receptances on the lines of the record's spectra.
 fn responses(out: &mut String, record: &IdentifiedRecord, at: &str) {
     let modes: Vec<&Mode> = record.modes.iter().filter(|m| m.suspicion.is_none()).collect();
     let Some(lines) = record.spectra.first().map(|own| &own.frequencies_hz[..]) else { return };
-    let ([first, second, ..], Some(shape)) = (lines, modes.first().map(|mode| &mode.shape)) else {
-        return;
-    };
-    for (place, part) in shape.iter().enumerate() {
-        let constant = |mode: &&Mode| {
-            let own = mode.shape.iter().find(|own| own.response == part.response)?;
-            Some((mode.frequency_hz, mode.damping_ratio, own.modal_constant?))
-        };
-        let Some(constants) = modes.iter().map(constant).collect::<Option<Vec<_>>>() else {
-            return;
-        };
-        let (node, axis, sign) = freedom(&part.response, place);
-        let name = line(&format!("{} of {}, {at}", part.response, record.name));
+    let ([first, second, ..], Some(all)) = (lines, receptances(record, &modes)) else { return };
+    for Receptance { name, response: (node, axis, _), reference, constants } in all {
+        let name = line(&format!("{name} of {}, {at}", record.name));
+        let (from, along, _) = reference.unwrap_or((0, 0, 1.0));
         let _ = writeln!(
             out,
             "    -1\n    58\n{name}\nsynthesised from {} modes\nNONE\nNONE\nNONE",
@@ -145,8 +200,8 @@ fn responses(out: &mut String, record: &IdentifiedRecord, at: &str) {
         );
         let _ = writeln!(
             out,
-            "{:5}{:10}{:5}{:10} {:<10}{node:10}{axis:4} {:<10}{:10}{:4}",
-            4, 0, 1, 0, "NONE", "NONE", 0, 0
+            "{:5}{:10}{:5}{:10} {:<10}{node:10}{axis:4} {:<10}{from:10}{along:4}",
+            4, 0, 1, 0, "NONE", "NONE"
         );
         let _ = writeln!(
             out,
@@ -163,12 +218,12 @@ fn responses(out: &mut String, record: &IdentifiedRecord, at: &str) {
         }
         for hz in lines {
             let omega = TAU * hz;
-            let one = |(own_hz, ratio, constant): &(f64, f64, Complex<f64>)| {
-                let own = TAU * own_hz;
-                let below = Complex::new(own * own - omega * omega, 2.0 * ratio * own * omega);
-                constant / below
+            let one = |(mode, constant): (&&Mode, &Complex<f64>)| {
+                let own = TAU * mode.frequency_hz;
+                let damping = 2.0 * mode.damping_ratio * own * omega;
+                constant / Complex::new(own * own - omega * omega, damping)
             };
-            let sum = constants.iter().map(one).sum::<Complex<f64>>() * sign;
+            let sum = modes.iter().zip(&constants).map(one).sum::<Complex<f64>>();
             let _ = writeln!(out, "{:20.11e}{:20.11e}", sum.re, sum.im);
         }
         out.push_str("    -1\n");

@@ -34,6 +34,9 @@ const LOGICAL: u32 = 0x200;
 /// A class whose variables have no dimensions, such as MATLAB's tables and strings.
 const OPAQUE: u32 = 17;
 
+/// What is told of an array that is no matrix.
+pub(super) const DEEP: &str = "more than two dimensions";
+
 type Bad = (Code, String);
 
 /// A variable with its name.
@@ -198,7 +201,7 @@ fn variable(data: &[u8], is_big: bool, left_values: &mut u64) -> Result<Variable
         return Err(damaged(format!("variable '{name}' has no dimensions")));
     };
     if more.iter().any(|length| *length != 1) {
-        return Ok(Variable { name, kind: Kind::Other("more than two dimensions") });
+        return Ok(Variable { name, kind: Kind::Other(DEEP) });
     }
     let (rows, columns) = (rows as usize, columns as usize);
     let stated = rows as u64 * columns as u64;

@@ -173,6 +173,21 @@ fn what_is_no_record_is_a_fault_in_words() {
     }
 }
 
+/// Responses over several references in one array, as MATLAB keeps them, beside their frequencies.
+#[test]
+fn responses_in_an_array_of_three_dimensions_are_told_as_such() {
+    let values: Vec<f64> = (0..120).map(f64::from).collect();
+    let named = |name: u8, dimensions: &[u32], values: &[f64]| {
+        let mut own = matrix(6, dimensions, values, false);
+        let at = own.windows(4).position(|word| word == b"y\0\0\0").unwrap();
+        own[at] = name;
+        own
+    };
+    let both = [named(b'f', &[20, 1], &values[..20]), named(b'H', &[20, 3, 2], &values)].concat();
+    let told = told(&file(&both, false), None).unwrap_err();
+    assert!(told.contains("H (more than two dimensions), must be lines × responses"), "{told}");
+}
+
 /// Cut off anywhere but between two variables, the file is refused; with any byte changed, nothing
 /// but a fault or a record comes of it.
 #[test]
