@@ -70,15 +70,29 @@ pub fn plain(value: f64) -> String {
 /// wrapped text may put any word, `##vso[…` and `##[…` anywhere. So a word does not start with
 /// `::`, and no `#` follows another.
 pub fn printable(text: &str) -> String {
-    spelled(text, true)
+    spelled(text, true, escaped)
+}
+
+/// The same within a string of JSON, whose readers get every character back: `\u001b`.
+pub fn printable_json(text: &str) -> String {
+    let units = |c: char, out: &mut String| {
+        let mut units = [0; 2];
+        let units = c.encode_utf16(&mut units).iter();
+        out.extend(units.map(|unit| format!("\\u{unit:04x}")));
+    };
+    spelled(text, true, units)
 }
 
 /// The same where no line can start with the text: what build servers take for a command stays.
 pub fn visible(text: &str) -> String {
-    spelled(text, false)
+    spelled(text, false, escaped)
 }
 
-fn spelled(text: &str, spells_commands: bool) -> String {
+fn escaped(c: char, out: &mut String) {
+    if c.is_control() { out.extend(c.escape_default()) } else { out.extend(c.escape_unicode()) }
+}
+
+fn spelled(text: &str, spells_commands: bool, spell: impl Fn(char, &mut String)) -> String {
     let mut out = String::with_capacity(text.len());
     let mut before = ' ';
     let mut chars = text.chars().peekable();
@@ -90,10 +104,9 @@ fn spelled(text: &str, spells_commands: bool) -> String {
         };
         before = c;
         match c {
-            c if commands && spells_commands => out.extend(c.escape_unicode()),
+            c if commands && spells_commands => spell(c, &mut out),
             c if is_printable(c) => out.push(c),
-            c if c.is_control() => out.extend(c.escape_default()),
-            c => out.extend(c.escape_unicode()),
+            c => spell(c, &mut out),
         }
     }
     out
@@ -151,6 +164,16 @@ mod tests {
         assert_eq!(printable("::error a::b ::c"), "\\u{3a}:error a::b \\u{3a}:c");
         assert_eq!(printable("##vso[x] # ###"), "#\\u{23}vso[x] # #\\u{23}\\u{23}");
         assert_eq!(printable("Tür 50 % ×2 — ok 日本"), "Tür 50 % ×2 — ok 日本");
+    }
+
+    #[test]
+    fn json_gives_every_character_back() {
+        let hostile = "a\u{85}::b ::c ##[d]\u{7f}\u{9b}\u{2028}\u{202e}\u{2066}\u{feff} Tür 日本";
+        let spelled = printable_json(hostile);
+        assert!(spelled.chars().all(is_printable) && !spelled.contains("##"), "{spelled}");
+        assert!(!spelled.contains(" ::"), "{spelled}");
+        let read: String = serde_json::from_str(&format!("\"{spelled}\"")).unwrap();
+        assert_eq!(read, hostile);
     }
 
     #[test]

@@ -4,9 +4,9 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-use clap::Args;
+use clap::{Arg, Args};
 
-use super::check::{self, CheckArgs};
+use super::check::{CheckOptions, check};
 use super::output::Sink;
 use super::{Failure, Outcome, Samples, Warnings};
 use crate::study::affected::affected;
@@ -18,6 +18,7 @@ const AFTER_HELP: &str = "\
 Examples:
   detune affected robots/irb1600/robot.yaml jobs/contour.mod --jobs jobs
   git diff --name-only --relative -z main | xargs -0 -r detune affected --check
+  detune affected jobs/contour.mod --check --fail-on uncertain --format github
 
 A job is affected by its own file, by its robot and URDF, its programs and its detune.toml, also \
 where one of them is gone; by any file while it cannot be read, and by a file in a folder that is \
@@ -25,7 +26,7 @@ not there.";
 
 /// List the jobs that changed files affect, or check them.
 #[derive(Debug, Args)]
-#[command(after_help = AFTER_HELP)]
+#[command(after_help = AFTER_HELP, mut_args(of_check))]
 pub(super) struct AffectedArgs {
     /// Files that were changed, added or deleted.
     #[arg(value_name = "FILE", required = true)]
@@ -39,6 +40,16 @@ pub(super) struct AffectedArgs {
     /// Check the jobs, as `detune check` does, instead of listing them.
     #[arg(long)]
     check: bool,
+    #[command(flatten, next_help_heading = "Options of --check")]
+    how: CheckOptions,
+}
+
+/// What `check` takes is for `--check` alone.
+fn of_check(arg: Arg) -> Arg {
+    match arg.get_id().as_str() {
+        "files" | "jobs" | "null" | "check" => arg,
+        _ => arg.requires("check"),
+    }
 }
 
 /// Writes the names of the jobs, or checks them.
@@ -54,7 +65,7 @@ pub(super) fn run(
     if args.check {
         return match jobs.is_empty() {
             true => Ok(Outcome::Pass),
-            false => check::run(&CheckArgs::of(jobs), samples, out, shown),
+            false => check(&jobs, &args.how, samples, out, shown),
         };
     }
     let mut text = Vec::new();

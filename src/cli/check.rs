@@ -40,6 +40,13 @@ pub(super) struct CheckArgs {
     /// Job files; folders, for the jobs in and below them; patterns such as 'jobs/**/*.yaml'.
     #[arg(value_name = "JOB", required = true)]
     jobs: Vec<PathBuf>,
+    #[command(flatten)]
+    how: CheckOptions,
+}
+
+/// What fails, and what is written where; `affected --check` takes the same.
+#[derive(Debug, Args)]
+pub(super) struct CheckOptions {
     /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -91,34 +98,29 @@ enum Format {
     Plot,
 }
 
-impl CheckArgs {
-    /// As if nothing but the jobs were given.
-    pub(super) fn of(jobs: Vec<PathBuf>) -> Self {
-        Self {
-            jobs,
-            format: Format::Text,
-            output: None,
-            fail_on: Gate::From(Verdict::Unchecked),
-            policy: Vec::new(),
-            summary: Summary::Auto,
-            plots: PlotsArgs::default(),
-        }
-    }
-}
-
-/// Checks all jobs and writes one report; if some file is wrong, reports all errors of all jobs and
-/// writes nothing.
+/// Checks the jobs that the arguments mean.
 pub(super) fn run(
     args: &CheckArgs,
     samples: super::Samples,
     out: &mut dyn Write,
     shown: &Warnings,
 ) -> Result<Outcome, Failure> {
+    check(&job_files(&args.jobs)?, &args.how, samples, out, shown)
+}
+
+/// Checks all jobs and writes one report; if some file is wrong, reports all errors of all jobs and
+/// writes nothing.
+pub(super) fn check(
+    files: &[PathBuf],
+    args: &CheckOptions,
+    samples: super::Samples,
+    out: &mut dyn Write,
+    shown: &Warnings,
+) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let policy = PolicyOverrides::parse(&args.policy)?;
-    let files = job_files(&args.jobs)?;
-    sink.refuse_inputs(&files)?;
-    let jobs = ReadJobs::read_under(&files, Date::of(SystemTime::now()), &policy);
+    sink.refuse_inputs(files)?;
+    let jobs = ReadJobs::read_under(files, Date::of(SystemTime::now()), &policy);
     sink.refuse_inputs(jobs.files())?;
     let bar = progress(shown);
     let progress = count_on(&bar);
@@ -186,7 +188,7 @@ fn gate(text: &str) -> Result<Gate, String> {
 fn rendered(
     jobs: &[CheckedJob],
     arms: &[MovingArm],
-    args: &CheckArgs,
+    args: &CheckOptions,
     sink: &Sink,
 ) -> Result<String, Failure> {
     let internal = |error: &dyn std::fmt::Display| Failure::Internal(error.to_string());

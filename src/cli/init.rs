@@ -1,6 +1,5 @@
 //! `detune init`: a URDF in, the first files for it out.
 
-use std::fs;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -8,14 +7,15 @@ use std::time::SystemTime;
 use clap::{Args, ValueEnum};
 
 use super::output::{Sink, write_all};
+use super::staged::Passing;
 use super::{Failure, Outcome, Warnings};
 use crate::notes::{Code, Note, Place};
 use crate::paths::folder_of;
 use crate::progress::silent;
 use crate::report::init::report;
-use crate::study::Read;
 use crate::study::check::{Checked, ReadJobs};
-use crate::study::init::{self as study, read, scaffold};
+use crate::study::init::{self as study, Scaffold, read, scaffold};
+use crate::study::{Output, Read};
 use crate::units::Date;
 
 const AFTER_HELP: &str = "\
@@ -74,25 +74,17 @@ pub(super) fn run(
         given => given,
     };
     let scaffold = scaffold(&urdf, folder, total_mass_kg, ci).map_err(|error| vec![error])?;
-    let taken = scaffold.outputs.iter().filter(|output| output.path.symlink_metadata().is_ok());
-    let taken: Vec<Note> = taken
-        .map(|output| {
-            let what = "is there already, so nothing is written; name another folder with --output";
-            Note::error(Code::Unwritable, Place::file(&output.path), what)
-        })
-        .collect();
-    if !taken.is_empty() {
-        return Err(taken.into());
+    refuse_to_replace(&scaffold)?;
+    let files: Vec<&Output> = scaffold.files.iter().chain(&scaffold.ci).collect();
+    // They go again unless all of them are good.
+    let mut made = Passing::default();
+    for file in &files {
+        made.make_folders(folder_of(&file.path))?;
+        made.add(&file.path);
     }
-    let mut made = Made::default();
-    for output in &scaffold.outputs {
-        made.folder(folder_of(&output.path))?;
-    }
-    let sinks: Vec<Sink> =
-        scaffold.outputs.iter().map(|output| Sink::File(output.path.clone())).collect();
+    let sinks: Vec<Sink> = files.iter().map(|file| Sink::File(file.path.clone())).collect();
     let outputs: Vec<(&Sink, &[u8])> =
-        sinks.iter().zip(&scaffold.outputs).map(|(sink, o)| (sink, o.bytes.as_slice())).collect();
-    made.files = scaffold.outputs.iter().map(|output| output.path.clone()).collect();
+        sinks.iter().zip(&files).map(|(sink, file)| (sink, file.bytes.as_slice())).collect();
     write_all(&outputs, &mut io::sink())?;
     let job = folder.join("jobs/first.yaml");
     let today = Date::of(SystemTime::now());
@@ -101,44 +93,27 @@ pub(super) fn run(
         return Err(errors.into());
     }
     shown.show_of_jobs(&warnings);
-    made.stays = true;
-    let written: Vec<&Path> = scaffold.outputs.iter().map(|o| o.path.as_path()).collect();
+    made.keep();
+    let written: Vec<&Path> = files.iter().map(|file| file.path.as_path()).collect();
     Sink::Standard.write(&report(&written, &scaffold.guessed, &jobs), out)?;
     Ok(Outcome::Pass)
 }
 
-/// What was made, which goes again unless all of it is good.
-#[derive(Debug, Default)]
-struct Made {
-    folders: Vec<PathBuf>,
-    files: Vec<PathBuf>,
-    stays: bool,
-}
-
-impl Made {
-    fn folder(&mut self, folder: &Path) -> Result<(), Vec<Note>> {
-        let missing: Vec<&Path> = folder
-            .ancestors()
-            .take_while(|up| !up.as_os_str().is_empty() && !up.exists())
-            .collect();
-        for up in missing.into_iter().rev() {
-            fs::create_dir(up).map_err(|error| {
-                let what = format!("this folder cannot be made: {error}");
-                vec![Note::error(Code::Unwritable, Place::file(up), what)]
-            })?;
-            self.folders.push(up.to_owned());
-        }
-        Ok(())
+/// No file is written over.
+fn refuse_to_replace(scaffold: &Scaffold) -> Result<(), Vec<Note>> {
+    let is_there = |file: &&Output| file.path.symlink_metadata().is_ok();
+    let taken = |file: &Output, what: &str| {
+        let what = format!("is there already, so nothing is written; {what}");
+        Note::error(Code::Unwritable, Place::file(&file.path), what)
+    };
+    let files = scaffold.files.iter().filter(is_there);
+    let mut errors: Vec<Note> =
+        files.map(|file| taken(file, "name another folder with --output")).collect();
+    if let Some(file) = scaffold.ci.as_ref().filter(is_there) {
+        let jobs = scaffold.jobs.display();
+        errors.push(taken(file, &format!("give --ci none, and let it check '{jobs}', too")));
     }
-}
-
-impl Drop for Made {
-    fn drop(&mut self) {
-        if !self.stays {
-            self.files.iter().for_each(|file| drop(fs::remove_file(file)));
-            self.folders.iter().rev().for_each(|folder| drop(fs::remove_dir(folder)));
-        }
-    }
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
 /// Asks for the mass of the arm where somebody can answer.

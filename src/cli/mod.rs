@@ -22,6 +22,7 @@ mod report;
 mod repository;
 mod schema;
 mod staged;
+mod started;
 mod stiffness;
 mod trace;
 mod warnings;
@@ -152,22 +153,22 @@ pub fn main() -> ExitCode {
 pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     if asks_for_build(&arguments) {
-        // As help and version: if standard output is closed, nobody reads it.
-        let _ = io::stdout().write_all(build().as_bytes());
-        return 0;
+        return told(|| io::stdout().write_all(build().as_bytes()));
     }
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
+        // Help and version.
+        Err(error) if !error.use_stderr() => return told(|| error.print()),
         Err(error) => {
-            // Help and version go to standard output, the rest to standard error; if that is
-            // closed, nobody reads it.
+            // If standard error is closed, nobody reads it.
             let _ = error.print();
             return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
     let written = Cell::new(0);
     let ended = guarded(|| {
-        let mut out = Counted { inner: BufWriter::new(io::stdout().lock()), bytes: &written };
+        let mut out =
+            Counted { inner: BufWriter::new(Standard(io::stdout().lock())), bytes: &written };
         let warnings = Warnings::new(cli.quiet);
         let outcome = run(&cli, &mut out, &warnings)?;
         unless_closed(out.flush())?;
@@ -175,6 +176,35 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     });
     let wrote = written.get() > 0;
     exit_code(ended, wrote, &mut io::stderr().lock())
+}
+
+/// Prints what is no verb's output; the exit code.
+fn told(print: impl FnOnce() -> io::Result<()>) -> u8 {
+    let printed = refuse_closed().and_then(|()| print()).and_then(|()| io::stdout().flush());
+    exit_code(printed.map(|()| Outcome::Pass).map_err(Failure::from), false, &mut io::stderr())
+}
+
+/// An error where standard output was closed from the start. One that its reader closes is no
+/// failure.
+fn refuse_closed() -> io::Result<()> {
+    match started::without_output() {
+        true => Err(io::Error::other("standard output is closed")),
+        false => Ok(()),
+    }
+}
+
+/// Standard output.
+struct Standard<W>(W);
+
+impl<W: Write> Write for Standard<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        refuse_closed()?;
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
 }
 
 /// `--version --verbose`, in any order.

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, IsTerminal, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use super::Failure;
-use super::staged::Staged;
+use super::staged::{Staged, landing};
 use crate::notes::{Code, Note, Place};
 use crate::paths::folder_of;
 
@@ -168,8 +168,8 @@ pub(super) fn write_all(outputs: &[(&Sink, &[u8])], out: &mut dyn Write) -> Resu
     let mut staged = Vec::new();
     for (sink, bytes) in outputs {
         if let Sink::File(path) = sink {
-            let file = staged_file(path, bytes).map_err(|error| named(path, &error))?;
-            staged.push((file, path));
+            let file = staged_file(path, bytes).and_then(|file| ready(file, path));
+            staged.push((file.map_err(|error| named(path, &error))?, path));
         }
     }
     for (sink, bytes) in outputs {
@@ -182,14 +182,16 @@ pub(super) fn write_all(outputs: &[(&Sink, &[u8])], out: &mut dyn Write) -> Resu
         }
     }
     let mut landed: Vec<(&Path, Option<Vec<u8>>)> = Vec::new();
+    let _together = landing();
     for (file, path) in staged {
         let old = fs::read(path).ok();
-        if let Err(error) = put_in_place(file, path) {
+        if let Err(error) = file.persist(path) {
             landed.iter().for_each(|(path, old)| take_back(path, old.as_deref()));
             return Err(named(path, &error).into());
         }
         landed.push((path, old));
     }
+    landed.iter().for_each(|(path, _)| sync_folder(folder_of(path)));
     Ok(())
 }
 
@@ -269,14 +271,19 @@ fn is_protected(path: &Path, found: &fs::Metadata) -> bool {
     found.permissions().readonly() || is_refused()
 }
 
-/// Puts the new file in the old one's place, with the old one's rights. Its bytes are on the disk
-/// before its name is, so that a power cut leaves the old file or the new one.
-fn put_in_place(file: Staged, path: &Path) -> io::Result<()> {
+/// The new file with the old one's rights. Its bytes are on the disk before its name is, so that a
+/// power cut leaves the old file or the new one.
+fn ready(file: Staged, path: &Path) -> io::Result<Staged> {
     if let Ok(old) = fs::metadata(path) {
         file.as_file().set_permissions(old.permissions())?;
     }
     file.as_file().sync_all()?;
-    file.persist(path)?;
+    Ok(file)
+}
+
+/// Puts the new file in the old one's place.
+fn put_in_place(file: Staged, path: &Path) -> io::Result<()> {
+    ready(file, path)?.persist(path)?;
     sync_folder(folder_of(path));
     Ok(())
 }

@@ -3,9 +3,10 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
+use super::files::whole_place;
 use super::settings::NAME;
 use crate::notes::{Code, Note, Place};
-use crate::paths::{folder_of, tidied};
+use crate::paths::folder_of;
 
 /// Files that were changed, added or deleted.
 #[derive(Debug, Clone, Default)]
@@ -25,7 +26,7 @@ impl Changes {
     pub fn of(files: &[PathBuf]) -> Self {
         let mut changes = Self::default();
         for file in files {
-            let place = place(file);
+            let place = whole_place(file);
             let folder = folder_of(&place).to_owned();
             if !folder.is_dir() {
                 changes.nowhere.push(file.clone());
@@ -59,26 +60,14 @@ impl Changes {
         if !self.nowhere.is_empty() {
             return true;
         }
-        let of_settings = || place(job).ancestors().any(|folder| self.settings.contains(folder));
+        let of_settings =
+            || whole_place(job).ancestors().any(|folder| self.settings.contains(folder));
         let is_touched = |file: &PathBuf| {
-            let place = place(file);
+            let place = whole_place(file);
             self.bereft.contains(folder_of(&place)) || self.places.contains(&place)
         };
         of_settings() || is_touched(&job.to_owned()) || read.iter().any(is_touched)
     }
-}
-
-/// Where a file is, or was: without links and detours, as far as its folders are there.
-fn place(file: &Path) -> PathBuf {
-    if let Ok(place) = file.canonicalize() {
-        return place;
-    }
-    let whole = tidied(&std::path::absolute(file).unwrap_or_else(|_| file.to_owned()));
-    let there = whole.ancestors().skip(1).find_map(|folder| {
-        let rest = whole.strip_prefix(folder).ok()?;
-        Some(folder.canonicalize().ok()?.join(rest))
-    });
-    there.unwrap_or(whole)
 }
 
 #[cfg(test)]

@@ -30,6 +30,24 @@ pub(super) fn relative_to(by: &Path, named: &str) -> PathBuf {
     }
 }
 
+/// Where a file is, or was: without links and detours, as far as its folders are there.
+pub fn whole_place(file: &Path) -> PathBuf {
+    if let Ok(place) = file.canonicalize() {
+        return place;
+    }
+    let whole = tidied(&std::path::absolute(file).unwrap_or_else(|_| file.to_owned()));
+    let there = whole.ancestors().skip(1).find_map(|folder| {
+        let rest = whole.strip_prefix(folder).ok()?;
+        Some(folder.canonicalize().ok()?.join(rest))
+    });
+    there.unwrap_or(whole)
+}
+
+/// The top of the Git repository that a place lies in.
+pub fn repository_of(place: &Path) -> Option<PathBuf> {
+    place.ancestors().find(|up| up.join(".git").exists()).map(Path::to_owned)
+}
+
 /// Whether two paths lead to one place, also where no file stands there yet.
 pub(super) fn is_one_place(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {

@@ -17,8 +17,8 @@ const MAX_DEPTH: usize = 64;
 /// The files that `arguments` mean, in their order: a file stands for itself, whether or not it is
 /// there; a folder for the jobs in it and below it, also in folders that links there lead to; a
 /// pattern of `*`, `?`, `[…]` and `**` for all that it fits. Files that are no job (robots,
-/// sessions, what other programs read) are left out, hidden ones too. What folders and patterns
-/// name twice comes once.
+/// sessions, what other programs read) are left out, hidden ones too. What is named twice comes
+/// once, by whatever names.
 ///
 /// # Errors
 /// Folders and patterns that hold no job or that cannot be read.
@@ -31,15 +31,12 @@ pub fn job_files(arguments: &[PathBuf]) -> Result<Vec<PathBuf>, Vec<Note>> {
         } else {
             match argument.to_str().filter(|text| is_pattern(text) && !argument.exists()) {
                 Some(pattern) => fitting(pattern),
-                None => {
-                    seen.insert(argument.clone());
-                    files.push(argument.clone());
-                    continue;
-                }
+                None => Ok(vec![argument.clone()]),
             }
         };
+        let whole = |file: &PathBuf| file.canonicalize().unwrap_or_else(|_| file.clone());
         match found {
-            Ok(found) => files.extend(found.into_iter().filter(|file| seen.insert(file.clone()))),
+            Ok(found) => files.extend(found.into_iter().filter(|file| seen.insert(whole(file)))),
             Err(error) => errors.push(error),
         }
     }
@@ -223,6 +220,8 @@ mod tests {
         assert_eq!(found(&[at("*.yaml")]), all[1..6]);
         assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()])[0], at("b.yaml"));
         assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()]).len(), all.len());
+        let twice = [at("b.yaml"), at("b/../b.yaml"), folder.path().join("./b.yaml")];
+        assert_eq!(found(&twice), [at("b.yaml")]);
         assert_eq!(found(&[at("**/*.YAML")]), [at("b/deep/c.YAML")]);
         #[cfg(unix)]
         {

@@ -48,7 +48,7 @@ pub use advised::{Advised, confirm_rewritten};
 pub use calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
 pub use changes::Changes;
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
-pub use files::sketch_text;
+pub use files::{repository_of, sketch_text, whole_place};
 pub use job::read_job;
 pub use job_files::{is_one_file, job_files};
 pub use kind::{FileKind, file_kind};

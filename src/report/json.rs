@@ -1,5 +1,5 @@
-//! What all JSON outputs have in common: numbers that are finite, and a layout that people can
-//! read.
+//! What all JSON outputs have in common: numbers that are finite, text that nothing takes for a
+//! command, and a layout that people can read.
 
 mod finite;
 mod warning;
@@ -8,6 +8,7 @@ use std::fmt;
 use std::io;
 
 pub(super) use self::warning::{Warning, notices};
+use crate::wording::printable_json;
 use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
 
@@ -29,13 +30,24 @@ pub(super) fn laid_out(
     deepest_spread: usize,
 ) -> Result<String, NotFinite> {
     output.serialize(finite::Finite).map_err(NotFinite)?;
+    spread(output, deepest_spread).map_err(NotFinite)
+}
+
+/// The same, where a number that is not finite becomes null.
+pub(super) fn spread(
+    output: &impl Serialize,
+    deepest_spread: usize,
+) -> Result<String, serde_json::Error> {
     let mut bytes = Vec::new();
     let layout = Layout { spread: PrettyFormatter::new(), depth: 0, deepest_spread };
     let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, layout);
-    output.serialize(&mut serializer).map_err(NotFinite)?;
+    output.serialize(&mut serializer)?;
     bytes.push(b'\n');
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
+
+/// For [`spread`]: all of it.
+pub(super) const WHOLE: usize = usize::MAX;
 
 /// Pretty down to a depth, and one line a value below it.
 struct Layout {
@@ -63,6 +75,19 @@ macro_rules! either {
 }
 
 impl Formatter for Layout {
+    /// Nothing in a name steers a terminal or a build server.
+    fn write_string_fragment<W: ?Sized + io::Write>(
+        &mut self,
+        writer: &mut W,
+        fragment: &str,
+    ) -> io::Result<()> {
+        let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b' ';
+        if fragment.bytes().all(is_plain) {
+            return writer.write_all(fragment.as_bytes());
+        }
+        writer.write_all(printable_json(fragment).as_bytes())
+    }
+
     fn begin_array<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
         self.depth += 1;
         either!(self, begin_array(writer))

@@ -51,12 +51,14 @@ pub(super) fn path(path: &Path) -> String {
     printable(&path.to_string_lossy())
 }
 
-/// A field of CSV, in quotes where it must be.
+/// A field of CSV, in quotes where it must be; CSV has no other way to spell what steers terminals
+/// and build servers than [`printable`].
 pub(super) fn csv_field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) || text.starts_with('#') {
+    let text = printable(text);
+    if text.contains([',', '"']) || text.starts_with('#') {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
-        text.to_owned()
+        text
     }
 }
 

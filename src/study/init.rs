@@ -1,15 +1,20 @@
 //! A URDF → the first files for it: a robot with guessed springs, marked as such, a job, and
 //! a CI workflow.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Vector3};
+use serde_json::Value;
 
 use super::{Output, Read};
 pub use crate::input::{GuessedSpring, NewRobot};
-use crate::input::{UrdfParts, new_job_text, new_robot_text, read_urdf_alone};
+use crate::input::{
+    UrdfParts, new_job_text, new_robot_text, read_urdf_alone, repository_of, whole_place,
+};
 use crate::model::{Inertial, Joint, JointKind};
 use crate::notes::{Code, Note, Place};
+use crate::paths::{folder_of, from_folder};
 use crate::units::{deg_from_rad, mm_from_m};
 
 /// What arms have that were measured or fitted: reach up to which a row is taken, m; springs of the
@@ -52,8 +57,12 @@ pub enum Ci {
 /// The first files for a robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scaffold {
-    /// robot.yaml, the job, and the file of the CI.
-    pub outputs: Vec<Output>,
+    /// robot.yaml and the job.
+    pub files: Vec<Output>,
+    /// The file of the CI.
+    pub ci: Option<Output>,
+    /// The folder of the jobs, as the CI names it.
+    pub jobs: PathBuf,
     /// What was guessed, for people.
     pub guessed: NewRobot,
 }
@@ -140,56 +149,71 @@ pub fn scaffold(
         arm_angles: arm_angles(&urdf.chain),
     };
     let [start, end] = motion(&urdf.chain);
-    let mut outputs = vec![
+    let outputs = vec![
         Output::new(&folder.join("robot.yaml"), new_robot_text(&robot).into_bytes()),
         Output::new(
             &folder.join("jobs/first.yaml"),
             new_job_text("../robot.yaml", &start, &end).into_bytes(),
         ),
     ];
-    match ci {
-        Ci::Github => outputs.push(Output::new(
-            &folder.join(".github/workflows/detune.yml"),
-            GITHUB.as_bytes().to_vec(),
-        )),
-        Ci::Gitlab => outputs
-            .push(Output::new(&folder.join("detune.gitlab-ci.yml"), GITLAB.as_bytes().to_vec())),
-        Ci::None => {}
-    }
-    Ok(Scaffold { outputs, guessed: robot })
+    let place = whole_place(folder);
+    let repository = repository_of(&place);
+    let from_top = |top: &PathBuf| from_folder(top, &place.join("jobs"));
+    let jobs = repository.as_ref().and_then(from_top).unwrap_or_else(|| PathBuf::from("jobs"));
+    let text = |template: &str| {
+        let jobs = jobs.to_string_lossy().replace('\\', "/");
+        template.replace("{jobs}", &Value::from(jobs).to_string()).into_bytes()
+    };
+    // GitHub reads the workflows at the top of a repository alone.
+    let top = repository.as_deref().filter(|top| *top != place).unwrap_or(folder);
+    let ci = match ci {
+        Ci::Github => Some(Output::new(&top.join(".github/workflows/detune.yml"), text(GITHUB))),
+        Ci::Gitlab => Some(Output::new(&folder.join("detune.gitlab-ci.yml"), text(GITLAB))),
+        Ci::None => None,
+    };
+    Ok(Scaffold { files: outputs, ci, jobs, guessed: robot })
 }
 
 const GITHUB: &str = "\
 name: resonance
 on: [push, pull_request]
 permissions: {contents: read}
-env: {DETUNE: https://example.org/detune}  # fill in: the repository of detune
+env:
+  DETUNE: https://example.org/detune  # fill in: the repository of detune
+  JOBS: {jobs}
 jobs:
   check:
     runs-on: ubuntu-latest
     steps:
       - uses: actions/checkout@v4
       - run: cargo install --locked --git \"$DETUNE\" detune
-      - run: detune check jobs --format github
+      - run: detune check --format github -- \"$JOBS\"
 ";
 
 const GITLAB: &str = "\
 resonance:
   image: rust:1
-  variables: {DETUNE: https://example.org/detune}  # fill in: the repository of detune
+  variables:
+    DETUNE: https://example.org/detune  # fill in: the repository of detune
+    JOBS: {jobs}
   script:
     - cargo install --locked --git \"$DETUNE\" detune
-    - detune check jobs --format gitlab --output gl-code-quality-report.json
+    - detune check --format gitlab --output gl-code-quality-report.json -- \"$JOBS\"
   artifacts:
     when: always
     reports: {codequality: gl-code-quality-report.json}
 ";
 
-/// The URDF as a file in a folder names it.
+/// The URDF as a file in a folder names it: a whole path that leads elsewhere stays whole.
 fn beside(folder: &Path, urdf: &Path) -> String {
+    let from_place = || {
+        let file = whole_place(folder_of(urdf)).join(urdf.file_name().unwrap_or_default());
+        from_folder(&whole_place(folder), &file).unwrap_or(file)
+    };
     let named = match urdf.strip_prefix(folder) {
         Ok(below) => below.to_owned(),
-        Err(_) => urdf.to_owned(),
+        Err(_) if urdf.is_absolute() => urdf.to_owned(),
+        Err(_) => from_place(),
     };
     named.to_string_lossy().replace('\\', "/")
 }
@@ -197,14 +221,16 @@ fn beside(folder: &Path, urdf: &Path) -> String {
 /// The joints that move, from the base to the one behind which no other moves: the longest such
 /// chain.
 fn chain(parts: &UrdfParts) -> Vec<Joint> {
-    let into = |link: &str| parts.joints.iter().find(|joint| joint.child == link);
-    let way_to = |last: &Joint| {
+    // The first of several into one link.
+    let into: HashMap<&str, &Joint> =
+        parts.joints.iter().rev().map(|joint| (joint.child.as_str(), joint)).collect();
+    let way_to = |last| {
         let mut way: Vec<&Joint> = Vec::new();
-        let mut next = parts.joints.iter().find(|joint| joint.name == last.name);
+        let mut next = Some(last);
         // A loop has no base.
         while let Some(joint) = next.filter(|_| way.len() <= parts.joints.len()) {
             way.push(joint);
-            next = into(&joint.parent);
+            next = into.get(joint.parent.as_str()).copied();
         }
         way.reverse();
         way

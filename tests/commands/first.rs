@@ -39,6 +39,10 @@ fn a_first_robot_is_checked_and_uncertain_until_its_springs_are_known() {
     };
     let checked = json(&check("uncertain"));
     assert!(["uncertain", "resonance"].contains(&checked["verdict"].as_str().unwrap()));
+    // The text names what explains its doubts.
+    let text = run(folder.path(), &["check", "jobs"]);
+    let explain = "  explain  detune explain assumed_spring payload_unknown\n";
+    assert!(out(&text).contains(explain), "{}", out(&text));
     // Also where no line comes near any mode and the payload is known.
     let job = folder.path().join("jobs/first.yaml");
     let text = fs::read_to_string(&job).unwrap();
@@ -62,6 +66,63 @@ fn a_first_robot_is_checked_and_uncertain_until_its_springs_are_known() {
     assert_eq!(code(&output), 2);
     assert!(err(&output).contains("robot.yaml: is there already"), "{}", err(&output));
     assert_eq!(names(folder.path()), before);
+}
+
+/// The URDF is named as from the folder of robot.yaml, wherever the files go.
+#[test]
+fn the_files_of_a_first_robot_name_the_urdf_from_their_folder() {
+    let bench = tempfile::tempdir().unwrap();
+    for folder in ["models", "there", "other"] {
+        fs::create_dir_all(bench.path().join(folder)).unwrap();
+    }
+    fs::write(bench.path().join("models/arm.urdf"), urdf("tests/data/reference/ur10.urdf"))
+        .unwrap();
+    let whole = bench.path().join("whole").display().to_string();
+    for (from, file, output, named) in [
+        (".", "models/arm.urdf", "cells/3", "../../models/arm.urdf"),
+        ("models", "arm.urdf", "../there", "../models/arm.urdf"),
+        ("other", "../models/arm.urdf", ".", "../models/arm.urdf"),
+        (".", "models/arm.urdf", &whole, "../models/arm.urdf"),
+        (".", "models/arm.urdf", "models/new/../a", "../arm.urdf"),
+    ] {
+        let folder = bench.path().join(from);
+        let made = run(&folder, &["init", file, "--output", output]);
+        assert_eq!(code(&made), 0, "{output}: {}", err(&made));
+        let robot = fs::read_to_string(folder.join(output).join("robot.yaml")).unwrap();
+        assert!(robot.contains(&format!("\nurdf: {named}\n")), "{output}: {robot}");
+    }
+}
+
+/// GitHub reads workflows at the top of a repository alone, and runs them there.
+#[test]
+fn the_ci_of_a_first_robot_works_from_the_top_of_its_repository() {
+    let bench = tempfile::tempdir().unwrap();
+    fs::create_dir_all(bench.path().join(".git")).unwrap();
+    let cell = "cells/3 \"a\"";
+    fs::create_dir_all(bench.path().join(cell)).unwrap();
+    fs::write(bench.path().join(cell).join("arm.urdf"), urdf("tests/data/reference/ur10.urdf"))
+        .unwrap();
+    let folder = bench.path().join(cell);
+    let made = run(&folder, &["init", "arm.urdf"]);
+    assert_eq!(code(&made), 0, "{}", err(&made));
+    assert!(!folder.join(".github").exists());
+    let workflow = fs::read_to_string(bench.path().join(".github/workflows/detune.yml")).unwrap();
+    assert!(workflow.contains("  JOBS: \"cells/3 \\\"a\\\"/jobs\"\n"), "{workflow}");
+    assert!(workflow.contains("run: detune check --format github -- \"$JOBS\"\n"), "{workflow}");
+    let jobs = format!("{cell}/jobs");
+    let checked = run(bench.path(), &["check", "--format", "github", "--", &jobs]);
+    assert_eq!(code(&checked), 0, "{}", err(&checked));
+    // A second robot finds the workflow there.
+    let again = ["init", "arm.urdf", "--output", "b"];
+    let made = run(&folder, &again);
+    assert_eq!(code(&made), 2);
+    let told = "give --ci none, and let it check 'cells/3 \"a\"/b/jobs', too";
+    assert!(err(&made).contains(told), "{}", err(&made));
+    assert!(!folder.join("b").exists());
+    let made = run(&folder, &[&again[..], &["--ci", "gitlab"]].concat());
+    assert_eq!(code(&made), 0, "{}", err(&made));
+    let ci = fs::read_to_string(folder.join("b/detune.gitlab-ci.yml")).unwrap();
+    assert!(ci.contains("    JOBS: \"cells/3 \\\"a\\\"/b/jobs\"\n"), "{ci}");
 }
 
 #[test]
@@ -191,6 +252,26 @@ fn the_jobs_of_a_change_are_listed_and_checked() {
     let checked = run(bench.path(), &["affected", "--check", "arms/a.yaml"]);
     assert_eq!(code(&checked), 1);
     assert!(out(&checked).contains("RESONANCE  ./jobs/a.yaml"), "{}", out(&checked));
+    // With the options of check.
+    for (options, ends) in [
+        (&["--fail-on", "never"][..], 0),
+        (&["--policy", "separation_percent=0.01", "--fail-on", "probability=1"], 0),
+        (&["--summary", "--quiet"], 1),
+        (&["--format", "sarif", "--output", "detune.sarif"], 1),
+    ] {
+        let checked =
+            run(bench.path(), &[&["affected", "--check"], options, &["arms/a.yaml"]].concat());
+        let alone = run(bench.path(), &[&["check", "./jobs/a.yaml"], options].concat());
+        assert_eq!(code(&checked), ends, "{options:?}: {}", err(&checked));
+        assert_eq!((code(&alone), out(&alone)), (ends, out(&checked)), "{options:?}");
+        assert_eq!(err(&alone), err(&checked));
+        if !options.contains(&"--quiet") {
+            let listed = run(bench.path(), &[&["affected"], options, &["arms/a.yaml"]].concat());
+            assert_eq!(code(&listed), 2, "{options:?}");
+            assert!(err(&listed).contains("--check"), "{}", err(&listed));
+        }
+    }
+    assert!(bench.path().join("detune.sarif").exists());
     fs::write(bench.path().join("README.md"), "").unwrap();
     let checked = run(bench.path(), &["affected", "--check", "README.md"]);
     assert_eq!((code(&checked), out(&checked)), (0, ""));

@@ -253,6 +253,11 @@ fn what_outputs_say_is_explained() {
     for told in ["payload_unknown  warning: the verdict is at best uncertain", "joint_coupling"] {
         assert!(out(&output).contains(told), "{}", out(&output));
     }
+    // The names that SARIF and GitLab's report have for findings, too.
+    for name in ["doubt", "limit", "policy"] {
+        let output = bench.run(&["explain", name]);
+        assert!(out(&output).starts_with(&format!("{name}  ")), "{}", err(&output));
+    }
     let all = bench.run(&["explain"]);
     for name in ["usage", "crossing", "partly_explained", "infeasible", "missed_mode"] {
         assert!(out(&all).contains(&format!("\n  {name} ")), "{name}");

@@ -181,6 +181,15 @@ fn files_and_printing_are_left_to_few() {
     }
 }
 
+/// Cargo.toml forbids it elsewhere, but for what allows it by itself.
+#[test]
+fn code_without_the_compiler_s_guarantees_is_in_one_file() {
+    let allows = |file: &&File| file.text.contains("(unsafe_code)");
+    let files: Vec<&str> =
+        Library::get().files().filter(allows).map(|file| file.path.as_str()).collect();
+    assert_eq!(files, ["cli/started.rs"]);
+}
+
 #[test]
 fn crates_are_named_where_they_belong() {
     let mut homes: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();

@@ -358,9 +358,11 @@ fn the_guide_lists_every_code() {
     assert_eq!(listed.len(), set.len() + verdicts.len(), "a row is listed twice or is missing");
 }
 
-/// Every verdict and status of an output, as its schema has them, and what a job may accept of them.
+/// Every verdict and status of an output, as its schema has them, what a job may accept of them, and the other names
+/// that SARIF and GitLab's report have for findings.
 fn verdicts() -> BTreeSet<String> {
-    let mut names = BTreeSet::from([Acceptable::CROSSING.to_owned()]);
+    let mut names =
+        BTreeSet::from([Acceptable::CROSSING, "doubt", "limit", "policy"].map(str::to_owned));
     for (schema, key) in [
         (schema::check(), "verdict"),
         (schema::diagnosis(), "verdict"),

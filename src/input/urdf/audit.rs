@@ -2,13 +2,15 @@
 
 use roxmltree::{Document, Node};
 
+use super::text::{XACRO_HINT, not_xml, too_many};
 use crate::notes::{Code, Notes};
 use crate::wording::nearest;
 
-const XACRO_HINT: &str =
-    "is unexpanded xacro; run 'xacro robot.xacro > robot.urdf' and name the result";
 const JOINT_TYPES: [&str; 7] =
     ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
+
+/// Joints of a robot, at most: what reads them takes time with their square.
+const MAX_JOINTS: usize = 1000;
 
 /// Where the parts of a link or joint stand.
 #[derive(Debug, Clone, Default)]
@@ -61,6 +63,10 @@ pub(super) struct Audit {
 
 /// Audits the text of a URDF.
 pub(super) fn audit(text: &str, notes: &mut Notes) -> Option<Audit> {
+    if let Some((line, what)) = too_many(text) {
+        notes.error(Code::TooLong, line, what);
+        return None;
+    }
     let document = match Document::parse(text) {
         Ok(document) => document,
         Err(error) => {
@@ -89,6 +95,12 @@ pub(super) fn audit(text: &str, notes: &mut Notes) -> Option<Audit> {
     if root.tag_name().name() != "robot" {
         let what = format!("root element is <{}>, must be <robot>", root.tag_name().name());
         auditor.notes.error(Code::Syntax, auditor.line(&root), what);
+        return None;
+    }
+    let is_joint = |node: &Node<'_, '_>| node.tag_name().name() == "joint";
+    if let Some(joint) = root.children().filter(is_joint).nth(MAX_JOINTS) {
+        let what = format!("has more than {MAX_JOINTS} joints; keep those of the arm and its base");
+        auditor.notes.error(Code::TooLong, auditor.line(&joint), what);
         return None;
     }
     auditor.plain.push_str("<robot name=\"robot\"");
@@ -201,72 +213,6 @@ fn attribute(plain: &mut String, name: &str, value: &str) {
         }
     }
     plain.push('"');
-}
-
-/// Why a text is not XML, and the line.
-fn not_xml(text: &str, error: &roxmltree::Error) -> (usize, String) {
-    let line = error.pos().row as usize;
-    if text.contains("<xacro:") {
-        return (line, XACRO_HINT.to_owned());
-    }
-    let open = match error {
-        roxmltree::Error::UnclosedRootNode => innermost_open(text),
-        _ => None,
-    };
-    match open {
-        Some((tag, start)) => {
-            let what = "which starts here; is it cut off?";
-            (start, format!("not valid XML: the file ends inside <{tag}>, {what}"))
-        }
-        None => (line, format!("not valid XML: {error}")),
-    }
-}
-
-/// The innermost element that a text without other faults leaves open, and the line where it
-/// starts.
-fn innermost_open(text: &str) -> Option<(&str, usize)> {
-    let mut open: Vec<(&str, usize)> = Vec::new();
-    let mut at = 0;
-    // Lines are counted as they go by: counted from the start each time, a large file takes
-    // minutes.
-    let (mut line, mut counted) = (1, 0);
-    while let Some(next) = text.get(at..)?.find('<') {
-        let start = at + next;
-        let rest = text.get(start..)?;
-        let skipped = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")]
-            .into_iter()
-            .find(|(begin, _)| rest.starts_with(begin));
-        if let Some((_, end)) = skipped {
-            at = start + rest.find(end)? + end.len();
-            continue;
-        }
-        let length = tag_length(rest)?;
-        let inner = rest.get(1..length - 1)?;
-        if inner.starts_with('/') {
-            open.pop();
-        } else if !inner.starts_with('!') && !inner.ends_with('/') {
-            let name = inner.split(|c: char| c.is_whitespace()).next()?;
-            line += text.get(counted..start)?.matches('\n').count();
-            counted = start;
-            open.push((name, line));
-        }
-        at = start + length;
-    }
-    open.pop()
-}
-
-/// Bytes from `<` to the `>` that ends the tag: not one inside quotes.
-fn tag_length(tag: &str) -> Option<usize> {
-    let mut quote = None;
-    for (index, c) in tag.char_indices() {
-        match (quote, c) {
-            (None, '>') => return Some(index + 1),
-            (None, '"' | '\'') => quote = Some(c),
-            (Some(open), c) if open == c => quote = None,
-            _ => {}
-        }
-    }
-    None
 }
 
 struct Auditor<'f> {

@@ -8,5 +8,6 @@
 
 mod audit;
 mod read;
+mod text;
 
 pub(super) use read::{Urdf, read_urdf};

@@ -123,8 +123,8 @@ fn run_checked(
     if once.macro_call {
         return macro_call(flow, block);
     }
-    let done = spindle_and_tool(machine, &once, line, block)
-        .and_then(|()| Ok(moves(machine, &once, line, block)));
+    let done =
+        spindle_and_tool(machine, &once, line, block).map(|()| moves(machine, &once, line, block));
     flow.parameters.diameter = machine.diameter();
     let done = done?;
     if block.word(BLOCK_FEED).is_some() {

@@ -237,7 +237,7 @@ impl<'a> Machine<'a> {
         let given = self.cutter.diameter_mm()?;
         let set =
             self.lengths.radii_mm(self.cutter.loaded()).into_iter().map(|radius| 2.0 * radius);
-        let other = set.into_iter().find(|set| !((set - given).abs() <= SAME * given));
+        let other = set.into_iter().find(|set| set.is_nan() || (set - given).abs() > SAME * given);
         Some(match other {
             None => Ok(self.in_program_unit(given)),
             Some(set) if set.is_finite() => Err(format!(

@@ -11,6 +11,7 @@ use super::identity::{self, digest};
 use super::operation::operations;
 use super::sentences;
 use crate::notes::Code;
+use crate::report::json::{WHOLE, spread};
 use crate::report::{paths, words};
 use crate::study::check::CheckedJob;
 
@@ -78,7 +79,7 @@ pub fn check(
         severity: "info",
         location: Location { path: path(&job.file), lines: Lines { begin: 1 } },
     }));
-    Ok(serde_json::to_string_pretty(&entries)? + "\n")
+    spread(&entries, WHOLE)
 }
 
 #[derive(Serialize)]

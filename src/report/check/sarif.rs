@@ -13,7 +13,7 @@ use super::operation::{CheckedOperation, operations};
 use super::sentences;
 use crate::job::Accepted;
 use crate::notes::Code;
-use crate::report::json::notices;
+use crate::report::json::{WHOLE, notices, spread};
 use crate::report::{paths, words};
 use crate::risk::{Certainty, Warning};
 use crate::study::check::CheckedJob;
@@ -89,9 +89,7 @@ pub fn check(
             column_kind: "unicodeCodePoints",
         }],
     };
-    let mut text = serde_json::to_string_pretty(&log)?;
-    text.push('\n');
-    Ok(text)
+    spread(&log, WHOLE)
 }
 
 /// What comes from the settings that jobs share.

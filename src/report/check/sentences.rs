@@ -170,6 +170,15 @@ pub(in crate::report) fn doubt(warning: &Warning) -> String {
     printable(&format!("{message}; {what}"))
 }
 
+/// What says more of a job's warnings: one command with their codes.
+pub(super) fn explain(job: &CheckedJob) -> Option<String> {
+    let open = job.risk.warnings.iter().filter(|warning| warning.accepted.is_none());
+    let mut codes: Vec<&str> = open.map(|warning| warning.note.code.name()).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    (!codes.is_empty()).then(|| format!("detune explain {}", codes.join(" ")))
+}
+
 /// What leaves the verdicts on all operations in doubt: warnings on the job as a whole.
 pub(in crate::report) fn doubts_of_job(job: &CheckedJob) -> Vec<String> {
     let doubts = job.risk.warnings.iter().filter(|w| w.leaves_doubt() && w.operation.is_none());

@@ -81,6 +81,9 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     if let Some(overrides) = words::overrides(&job.overrides) {
         layout::push_fact(JOB_INDENT, "policy", &overrides, text);
     }
+    if let Some(explain) = sentences::explain(job) {
+        layout::push_fact(JOB_INDENT, "explain", &explain, text);
+    }
     layout::push_fact(JOB_INDENT, "next", next(job), text);
 }
 

@@ -8,6 +8,7 @@ use crate::diagnosis::{
     self, Diagnosis, Errors, Finding, Gain, LearnedDamping, NextPose, NextTest, NoiseFound,
     ResidualRow, Suspect, Symmetry, Untested, Verdict, WithoutCause,
 };
+use crate::report::json::{WHOLE, spread};
 use crate::study::diagnose::Diagnosed;
 
 /// What `detune diagnose --format json` writes.
@@ -119,5 +120,5 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> serde_json::Result<String> {
         untested: &d.untested,
         residuals: &d.residuals,
     };
-    Ok(serde_json::to_string_pretty(&document)? + "\n")
+    spread(&document, WHOLE)
 }

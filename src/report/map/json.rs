@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::free_vibration::Measurement;
 use crate::map::{Block, Head, JointColumn, ModeShape};
+use crate::report::json::spread;
 
 /// What separates two rows.
 pub(super) const SEPARATOR: &str = ",\n";
@@ -36,15 +37,18 @@ struct JsonHead<'a> {
 
 /// The beginning, up to the first row.
 pub(super) fn start(head: &Head, is_nonlinear: bool) -> serde_json::Result<String> {
-    let text = serde_json::to_string(&JsonHead {
-        schema: "map/1",
-        robot: &head.robot,
-        method: if is_nonlinear { "nonlinear" } else { "linear" },
-        joints: &head.joints,
-        coordinates: &head.coordinates,
-        shape_links: head.shape_links.as_deref(),
-    })?;
-    Ok(format!("{},\"rows\":[\n", text.trim_end_matches('}')))
+    let text = spread(
+        &JsonHead {
+            schema: "map/1",
+            robot: &head.robot,
+            method: if is_nonlinear { "nonlinear" } else { "linear" },
+            joints: &head.joints,
+            coordinates: &head.coordinates,
+            shape_links: head.shape_links.as_deref(),
+        },
+        0,
+    )?;
+    Ok(format!("{},\"rows\":[\n", text.trim_end().trim_end_matches('}')))
 }
 
 /// The rows of a block, appended to `out`, each behind a separator.

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::table::pose_titles;
 use crate::map::{Bin, Extreme, Head, JointColumn, Reduced, ReducedMode, SHARES, Statistic};
+use crate::report::json::{WHOLE, spread};
 use crate::report::words::csv_field;
 use crate::units::percent_from_ratio;
 
@@ -89,7 +90,7 @@ pub fn reduced_json(
     statistics: &[Statistic],
 ) -> serde_json::Result<String> {
     let modes = reduced.modes.iter().enumerate();
-    let text = serde_json::to_string_pretty(&JsonReduced {
+    let json = JsonReduced {
         schema: "map-reduced/1",
         robot: &head.robot,
         poses: reduced.poses,
@@ -97,8 +98,8 @@ pub fn reduced_json(
         joints: &head.joints,
         coordinates: &head.coordinates,
         modes: modes.map(|(i, mode)| json_mode(i + 1, mode, statistics)).collect(),
-    })?;
-    Ok(text + "\n")
+    };
+    spread(&json, WHOLE)
 }
 
 fn json_mode<'a>(number: usize, mode: &'a ReducedMode, statistics: &[Statistic]) -> JsonMode<'a> {

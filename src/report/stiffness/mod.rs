@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::report::json::{WHOLE, spread};
 use crate::report::words::{number, trimmed};
 use crate::study::stiffness::JointStiffness;
 use crate::units::percent_from_ratio;
@@ -63,5 +64,5 @@ struct JsonFits<'a> {
 /// # Errors
 /// The serialiser's, which has no cause of its own to fail.
 pub fn stiffness_json(joints: &[JointStiffness]) -> serde_json::Result<String> {
-    Ok(serde_json::to_string_pretty(&JsonFits { schema: "stiffness/1", joints })? + "\n")
+    spread(&JsonFits { schema: "stiffness/1", joints }, WHOLE)
 }
