@@ -79,7 +79,11 @@ pub(super) fn run(
     // They go again unless all of them are good.
     let mut made = Passing::default();
     for file in &files {
-        made.make_folders(folder_of(&file.path))?;
+        let folder = folder_of(&file.path);
+        made.make_folders(folder).map_err(|error| {
+            let what = format!("this folder cannot be made: {error}");
+            vec![Note::error(Code::Unwritable, Place::file(folder), what)]
+        })?;
         made.add(&file.path);
     }
     let sinks: Vec<Sink> = files.iter().map(|file| Sink::File(file.path.clone())).collect();
