@@ -57,13 +57,23 @@ def test_checks_are_those_of_one_process(client, monkeypatch):
 
 
 @contextlib.contextmanager
-def a_worker_killed(client, after_s):
-    """One of the two processes ends in the midst of its work, and it did."""
-    victim = next(iter(client.run(os.getpid).values()))
-    killer = threading.Timer(after_s, os.kill, (victim, signal.SIGKILL))
+def a_worker_killed(client):
+    """One of the two processes ends while it has work, and it did."""
+    address, victim = next(iter(client.run(os.getpid).items()))
+    is_over, was_at_work = threading.Event(), threading.Event()
+
+    def kill():
+        while not is_over.is_set():
+            if client.processing().get(address):
+                was_at_work.set()
+                return os.kill(victim, signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
     killer.start()
     yield
-    assert not killer.is_alive(), "the work was over before"
+    is_over.set()
+    killer.join()
+    assert was_at_work.is_set(), "the work was over before"
     begun = time.monotonic()
     while victim in client.run(os.getpid).values():
         assert time.monotonic() - begun < 30, "nothing was killed"
@@ -75,7 +85,7 @@ def test_frequencies_are_the_serial_ones_when_a_worker_is_killed(client):
     robot = detune.Robot(ROOT / "robots/irb1600")
     q = np.random.default_rng(3).uniform(-1, 1, (400_000, len(robot.joint_names)))
     serial = robot.frequencies(q)
-    with a_worker_killed(client, 0.15):
+    with a_worker_killed(client):
         found = fleet.frequencies(robot, q, client=client, chunk=20_000)
     assert found.tobytes() == serial.tobytes()
 
@@ -87,7 +97,7 @@ def test_sweeps_of_jobs_are_the_serial_ones_when_a_worker_is_killed(client, monk
     soft.write_text(text.replace("irb1600.urdf", str(ROOT / "robots/irb1600/irb1600.urdf")))
     axes = {"robots": [None, soft], "speeds_rpm": [None, *range(4000, 24000, 800)]}
     jobs = ["jobs/contour.yaml"]
-    with a_worker_killed(client, 0.3):
+    with a_worker_killed(client):
         found = fleet.sweep(jobs, **axes, client=client)
     assert json.dumps(found) == json.dumps(fleet.sweep(jobs, **axes))
     assert len(found) == 2 * 26 and {row["verdict"] for row in found} == {"resonance", "uncertain", "clear"}
