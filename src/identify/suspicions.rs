@@ -13,9 +13,9 @@ use crate::units::{percent_from_ratio, rad_per_s_from_hz};
 /// ratio.
 const MAX_TONE_DAMPING: f64 = 2e-3;
 
-/// So many poles that no order of the stabilisation diagram has, and that do not stand alone, show a
-/// record that no sum of modes is, as one whose clock jitters: then a mode must be in this share of
-/// the orders.
+/// So many poles that no order of the stabilisation diagram has, and that do not stand alone, show
+/// a record that no sum of modes is, as one whose clock jitters: then a mode must be in this share
+/// of the orders.
 const MANY_UNSUPPORTED: usize = 3;
 const LEAST_SUPPORT: f64 = 0.2;
 
@@ -383,10 +383,13 @@ fn companions(modes: &mut [Mode], notes: &mut Notes) {
 /// not quite linear, as the sub-pixel errors of a camera are, leave so much of the mode, by a shape
 /// of their own. The louder mode may be off by as much as the weaker one can bend it.
 fn echoes(modes: &mut [Mode], notes: &mut Notes) {
-    /// Of the louder one's size over all responses.
+    /// Of the louder one's size over all responses; where both all but coincide they share the
+    /// motion between them.
     const WEAKER: f64 = 0.05;
+    const WEAKER_AS_ONE: f64 = 0.3;
     /// Of the louder one's decay rate; and of the decay rates.
     const WITHIN: f64 = 0.5;
+    const AS_ONE: f64 = 0.1;
     const ALIKE: f64 = 2.0;
     let decay = |mode: &Mode| mode.damping_ratio * mode.frequency_hz;
     let share_of = |mode: &Mode, of: &Mode| Some(size(mode)? / size(of)?.max(f64::MIN_POSITIVE));
@@ -394,9 +397,11 @@ fn echoes(modes: &mut [Mode], notes: &mut Notes) {
         let mode = &modes[at];
         let is_of = |of: &Mode| {
             let rate = decay(mode) / decay(of).max(f64::MIN_POSITIVE);
-            (mode.frequency_hz - of.frequency_hz).abs() < WITHIN * decay(of)
+            let apart = (mode.frequency_hz - of.frequency_hz).abs();
+            let weaker = if apart < AS_ONE * decay(of) { WEAKER_AS_ONE } else { WEAKER };
+            apart < WITHIN * decay(of)
                 && (ALIKE.recip()..ALIKE).contains(&rate)
-                && share_of(mode, of).is_some_and(|share| share < WEAKER)
+                && share_of(mode, of).is_some_and(|share| share < weaker)
                 && of.suspicion.is_none()
         };
         let of = (0..modes.len()).find(|&of| of != at && is_of(&modes[of]));

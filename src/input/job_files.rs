@@ -17,26 +17,36 @@ const MAX_DEPTH: usize = 64;
 /// The files that `arguments` mean, in their order: a file stands for itself, whether or not it is
 /// there; a folder for the jobs in it and below it, also in folders that links there lead to; a
 /// pattern of `*`, `?`, `[…]` and `**` for all that it fits. Files that are no job (robots,
-/// sessions, what other programs read) are left out, hidden ones too. What is named twice comes
-/// once, by whatever names.
+/// sessions, what other programs read) are left out, hidden ones too. What a folder or pattern
+/// names comes once, by whatever names; a file that is named itself comes as often.
 ///
 /// # Errors
 /// Folders and patterns that hold no job or that cannot be read.
 pub fn job_files(arguments: &[PathBuf]) -> Result<Vec<PathBuf>, Vec<Note>> {
     let (mut files, mut errors) = (Vec::new(), Vec::new());
-    let mut seen: HashSet<PathBuf> = HashSet::new();
+    let (mut named, mut found_in) = (HashSet::new(), HashSet::new());
+    let whole = |file: &PathBuf| file.canonicalize().unwrap_or_else(|_| file.clone());
     for argument in arguments {
         let found = if argument.is_dir() {
             below(argument)
         } else {
             match argument.to_str().filter(|text| is_pattern(text) && !argument.exists()) {
                 Some(pattern) => fitting(pattern),
-                None => Ok(vec![argument.clone()]),
+                None => {
+                    if !found_in.contains(&whole(argument)) {
+                        named.insert(whole(argument));
+                        files.push(argument.clone());
+                    }
+                    continue;
+                }
             }
         };
-        let whole = |file: &PathBuf| file.canonicalize().unwrap_or_else(|_| file.clone());
         match found {
-            Ok(found) => files.extend(found.into_iter().filter(|file| seen.insert(whole(file)))),
+            Ok(found) => files.extend(
+                found
+                    .into_iter()
+                    .filter(|file| found_in.insert(whole(file)) && !named.contains(&whole(file))),
+            ),
             Err(error) => errors.push(error),
         }
     }
@@ -220,8 +230,10 @@ mod tests {
         assert_eq!(found(&[at("*.yaml")]), all[1..6]);
         assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()])[0], at("b.yaml"));
         assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()]).len(), all.len());
-        let twice = [at("b.yaml"), at("b/../b.yaml"), folder.path().join("./b.yaml")];
-        assert_eq!(found(&twice), [at("b.yaml")]);
+        let by_other_names = [at("b/../b.yaml"), folder.path().join("."), at("b.yaml")];
+        assert_eq!(found(&by_other_names).len(), all.len());
+        let twice = [at("b.yaml"), at("b.yaml")];
+        assert_eq!(found(&twice), twice);
         assert_eq!(found(&[at("**/*.YAML")]), [at("b/deep/c.YAML")]);
         #[cfg(unix)]
         {

@@ -219,6 +219,7 @@ mod as_text {
             rest.ends_with(
                 "
   model    not calibrated; assumed uncertainty ±8 %
+  explain  detune explain assumed
   next     use another spindle speed or arm pose on these stretches, then check again
 "
             ),

@@ -100,7 +100,7 @@ fn columns<R: Read>(
 ) -> Option<(Vec<Vec<f64>>, Vec<usize>)> {
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); count];
     let (mut lines, mut cells) = (Vec::new(), Vec::new());
-    // The first fault of each column, and how many there are: a mark that is lost, or a sensor
+    // The first fault of each column, and how many like it come: a mark that is lost, or a sensor
     // that was not connected, leaves one in many rows.
     let mut faults: Vec<Option<(Note, usize)>> = vec![None; count];
     loop {
@@ -130,7 +130,8 @@ fn columns<R: Read>(
                 Ok(value) => column.push(value),
                 Err(fault) => {
                     match &mut faults[index] {
-                        Some((_, more)) => *more += 1,
+                        Some((first, more)) if first.what == fault.what => *more += 1,
+                        Some(_) => notes.push(fault),
                         first => *first = Some((fault, 0)),
                     }
                     column.push(0.0);

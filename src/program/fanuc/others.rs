@@ -44,7 +44,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The same beside a motion, a little before or behind its end: what it sets is known no longer.
+    /// The same beside a motion, a little before or behind its end: what it sets is known no
+    /// longer.
     pub(super) fn call_beside(&mut self, text: &str, statement: &Statement) {
         let line = self.line_of(statement);
         let (name, given) = self.called(text, statement);

@@ -229,8 +229,8 @@ impl<'a> Machine<'a> {
         if self.inches { mm_from_inch(length) } else { length }
     }
 
-    /// Of the tool in the spindle, in the unit of the program, or why it is not known; the job gives
-    /// it, and what the program sets by G10 has to agree.
+    /// Of the tool in the spindle, in the unit of the program, or why it is not known: the job
+    /// gives it, and what the program sets by G10 has to agree.
     pub(super) fn diameter(&self) -> Option<Result<f64, String>> {
         /// Of the diameter: a program writes four digits of it.
         const SAME: f64 = 1e-3;
